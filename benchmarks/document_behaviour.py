@@ -12,7 +12,7 @@ from pathlib import Path
 from benchmarks.tables import ROOT, replace_block
 from rti_mpcc.behaviour.status import STATUS_OF
 from rti_mpcc.behaviour.transitions import TRANSITIONS, Transition
-from rti_mpcc.planning.state import Candidate, Phase
+from rti_mpcc.planning.state import Phase
 from rti_mpcc.types import Reason
 
 PAGE = ROOT / "docs" / "behaviour.md"
@@ -50,16 +50,10 @@ def statuses() -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
-def candidates() -> str:
-    """What a first plan may be, in the order in which it is looked for."""
-    return "\n".join(f"{k}. {each.name}: {each.value}" for k, each in enumerate(Candidate, start=1))
-
-
 BLOCKS = {
     "diagram": diagram,
     "transitions": transitions,
     "statuses": statuses,
-    "candidates": candidates,
 }
 
 

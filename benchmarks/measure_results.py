@@ -15,6 +15,8 @@ from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from rti_mpcc import ControllerConfig
 from rti_mpcc.config import AdmmSettings
+from rti_mpcc.planning.arrival import LEAST_TIME
+from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.metrics import untimed
 
@@ -110,12 +112,12 @@ def _steps(admm: AdmmSettings) -> str:
 def constant_rows() -> list[list[str]]:
     """Numbers of the method, read from the settings, or from where they act."""
     return [
-        ["damping from a first guess on", "`Search.first_damping`", f"{CONFIG.search.first_damping:g}"],
-        ["damping from cycle to cycle", "`Search.damping`", f"{CONFIG.search.damping:g}"],
+        ["damping from a first guess on", "`rti_mpcc.planning.search.FIRST_DAMPING`", f"{FIRST_DAMPING:g}"],
+        ["damping from cycle to cycle", "`rti_mpcc.planning.search.DAMPING`", f"{DAMPING:g}"],
         [
             "share of it that the next iteration has, until then",
-            "`Search.damping_share`",
-            f"{CONFIG.search.damping_share:g}",
+            "`rti_mpcc.planning.search.DAMPING_SHARE`",
+            f"{DAMPING_SHARE:g}",
         ],
         ["weight on every change", "`SolverSettings.change_weight`", f"{SOLVER.change_weight:g}"],
         ["the same on idle progress", "`SolverSettings.idle_weight`", f"{SOLVER.idle_weight:g}"],
@@ -134,7 +136,7 @@ def constant_rows() -> list[list[str]]:
         ["ρ, α from cycle to cycle", "`SolverSettings.warm`", _steps(SOLVER.warm)],
         ["ρ, α from a first guess on", "`SolverSettings.cold`", _steps(SOLVER.cold)],
         ["effort fades below [s]", "`Weights.firm_time`", f"{WEIGHTS.firm_time:g}"],
-        ["shortest time to go [s]", "`ArrivalTiming.least_time`", f"{CONFIG.arrival_timing.least_time:g}"],
+        ["shortest time to go [s]", "`rti_mpcc.planning.arrival.LEAST_TIME`", f"{LEAST_TIME:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`Weights.goal_clip`", f"{WEIGHTS.goal_clip}"],
     ]
 

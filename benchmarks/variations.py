@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import AdmmSettings, Footprint, Search, SolverSettings, Weights
+from rti_mpcc.config import AdmmSettings, Footprint, SolverSettings, Weights
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.types import Array
 
@@ -18,7 +18,8 @@ class Variation:
     """One run.
 
     Attributes:
-        settings: replace those of the preset; patches: of functions ("module.name"), for the run.
+        settings: replace those of the preset; patches: of functions and constants ("module.name"), for the
+            run.
         changes: of the scenario file.
     """
 
@@ -124,7 +125,8 @@ VARIATIONS = (
         letter="g",
         what="no damping (full Gauss-Newton steps)",
         scenario="docking_full_course",
-        settings={**PATIENT, "search": Search(damping=0.0, first_damping=0.0)},
+        settings=PATIENT,
+        patches={"rti_mpcc.planning.search.DAMPING": 0.0, "rti_mpcc.planning.search.FIRST_DAMPING": 0.0},
         changes=SHORT,
     ),
     Variation(

@@ -15,7 +15,7 @@ import numpy as np
 from geometry import InputError, ReferencePath
 from geometry.doors import door
 from rti_mpcc.config import ControllerConfig, Method, Weights
-from rti_mpcc.manoeuvre import FinalObjective, SegmentEnd, Segments, along
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, FinalObjective, SegmentEnd, Segments, along
 from rti_mpcc.ocp.objectives import Contouring, StageWeights, pose_weights, stage_share
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Objective
@@ -45,7 +45,7 @@ def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
     *before, last = along(path, config)
     if config.method is Method.SEPARATED:
-        tolerance = config.behaviour.cusp_tolerance
+        tolerance = CUSP_TOLERANCE
         staging = replace(last, end=SegmentEnd.STAGING_POSE, tolerance=tolerance)
         return (*before, staging, replace(last, final=FinalObjective(CartesianPose(), within=inf)))
     if config.method is Method.SWITCHED:

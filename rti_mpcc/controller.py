@@ -9,6 +9,7 @@ import numpy as np
 from geometry import Corridor, InputError, PathPart, Pose2, lift
 from geometry.doors import door
 from rti_mpcc.config import AdmmSettings, ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -95,8 +96,7 @@ class RtiMpcc:
         if goal is None:
             self.target = path_end(self.part)
         else:
-            reach = self.config.progress.projection_reach
-            self.target = goal_on(self.part, goal, self.target, reach=reach)
+            self.target = goal_on(self.part, goal, self.target)
 
     @door()
     def set_obstacles(self, corridor: Corridor) -> None:
@@ -249,7 +249,7 @@ class RtiMpcc:
         assert linear is not None
         measured = linear.frame.states_in(state)
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target, self.config.progress))
+        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
         fill_initial(self._values, measured - linear.states[0])
         far_out = self._admit(measured, linear)
         self._solver.allow(max(patience, self.config.bound_relaxation.patience) if far_out else patience)
@@ -322,8 +322,8 @@ class RtiMpcc:
         missing = margin_deficit(linear.rows, linear.drift, change)
         if missing is None:
             return far_out
-        lack, caution = missing[0].max(axis=0), self.config.caution
-        spare = margin - caution.planned_minimum
+        lack = missing[0].max(axis=0)
+        spare = margin - self.config.caution.planned_minimum
         vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
             linear.rows,
@@ -332,7 +332,7 @@ class RtiMpcc:
             distances(linear.states),
             self._trails,
             margin=margin,
-            noise=caution.contact_tolerance,
+            noise=CONTACT_TOLERANCE,
             most=np.minimum(np.maximum(lack, spare), margin),
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,

@@ -20,23 +20,25 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import orders, rehearsal, scouting
+from rti_mpcc import orders, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
+from rti_mpcc.behaviour.conditions import may_change_direction
 from rti_mpcc.behaviour.status import Verdict, status_of
+from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.orders import Order
-from rti_mpcc.planning import aim, goals, offsets, sensing, stops, validation
+from rti_mpcc.orders import Follow, GoTo, Order
+from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState, Phase, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
@@ -93,7 +95,9 @@ class DockingController:
             path, self.path_changes = _mended(path, corridor, area, config)
             area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        rerouter = None if area is None else _rerouter_in(area, config)
+        rerouter = None  # of other ways than the path, in all of its corridor
+        if area is not None:
+            rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
         task = Task.begun(self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
         if rerouter is not None:
@@ -182,7 +186,7 @@ class DockingController:
         Obstacles given to `step` stay.
 
         Args:
-            area: all of it; what differs by `Caution.moved` at most is no change.
+            area: all of it; what differs by `rti_mpcc.planning.obstacles.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.
@@ -209,7 +213,7 @@ class DockingController:
             InputError: a goal or a manoeuvre for a controller that plans no ways.
         """
         self.state = orders.carried_out(self.state, order, self._rerouter)
-        if orders.new_goal(order):
+        if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
             self._filter.reset()
 
     def step(
@@ -261,7 +265,7 @@ class DockingController:
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
             after = _sent(after, decision.control, context.begin, context.state)
-            after = _looking_again(after, status, decision.verdict.reason, self.config)
+            after = _looking_again(after, status, decision.verdict.reason)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
@@ -290,10 +294,10 @@ class DockingController:
         """Take what is new, in so far as it can be used; says what could not."""
         config = self.config
         clock, clock_remark = validation.timed(s.clock, now, config)
-        area = validation.surroundings_in(s.area, obstacles, clock.now, config)
+        area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
-        known = offsets.learnt(s, monitor, config)
+        known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
         vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
@@ -316,11 +320,16 @@ class DockingController:
             return hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
         part = s.path.parts[s.task.segment.index]
-        return goals.degrees_beside("heading", here, part, self.config.goal_limits)
+        return goals.degrees_beside("heading", here, part)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal; the detections of another dock begin anew."""
-        if goal is not None and goals.same_dock(s.goal.dock, goal, self.config):
+        dock = s.goal.dock
+        if (
+            goal is not None
+            and dock is not None
+            and goal.relative_to(dock).within(self.config.goal_tolerance)
+        ):
             return moves.with_goal_corrected(s, goal)
         self._filter.reset()
         return moves.with_goal(s, goal)
@@ -328,8 +337,7 @@ class DockingController:
     def _goal_located(
         self, s: ControllerState, given: Sequence[GoalMeasurement]
     ) -> tuple[ControllerState, tuple[Judgement, ...], str]:
-        """Filter what was detected, and let the pose made for follow; says what became of the detections, and
-        what was none."""
+        """Filter the detections, let the pose made for follow; with judgements, and what was no detection."""
         measurements, unfit = validation.measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
@@ -338,7 +346,9 @@ class DockingController:
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
-            own = validation.measurement_in(measurement, s.clock.offset)
+            # With its stamp on the controller's own clock.
+            offset = s.clock.offset
+            own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
             judgement = self._filter.update(aim.placed(own, s.vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
@@ -358,13 +368,13 @@ class DockingController:
         """Where the command will begin to act, on the segment that the vehicle is on by then."""
         s = self._targeted(s)
         if s.vehicle.monitor.found:
-            s = moves.found_elsewhere(s)
+            # A plan starts again; while it is inside the tolerance a vehicle at its target stays there.
+            s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
         w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
-        another = self._another_segment(s, context)
-        if another is None:
+        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
             return s, context, w
-        s = self._targeted(another)
+        s = self._targeted(moves.next_segment(s))
         w = self._workspaces.of(s, clock)
         return s, w.context(s), w
 
@@ -373,13 +383,19 @@ class DockingController:
 
         Where a first plan from there misses it, another way is planned from here.
         """
-        if self._rerouter is None or not rehearsal.is_due(s, self.config):
+        if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
             return s
+        last = Task.begun((s.task.segments[-1],))
         with self._workspaces_on(s).set_aside():
-            trial = self._targeted(rehearsal.on_last(s))
-            w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
+            trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
+            segment = trial.task.segment
+            first, wheels = segment.part.first, segment.wheels or 0.0
+            start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
+            w = replace(self._workspaces.of(trial, clock), start=start)
             reaches = scouting.ends_at_goal(trial, w.context(trial), w)
-        return rehearsal.judged(s, reaches)
+        assert s.route is not None
+        wanted = scouting.OUT_OF_REACH if reaches is False else s.route.wanted
+        return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         """Those of the route that the state is on."""
@@ -392,13 +408,7 @@ class DockingController:
         target = self._workspaces_on(s).target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
-        return moves.released(s) if stops.way_may_be_free(s, self.config) else s
-
-    def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
-        """The state with which another segment begins now; None: this one goes on."""
-        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
-            return None
-        return moves.next_segment(s)
+        return moves.released(s) if stops.way_may_be_free(s) else s
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -448,11 +458,6 @@ def _mended(
     return made.path, made.changes
 
 
-def _rerouter_in(area: Area, config: ControllerConfig) -> Rerouter:
-    """What plans other ways than a path, in all of its corridor."""
-    return Rerouter(area, config.changed(route=config.route.along_path()))
-
-
 def _sent(
     s: ControllerState, control: ControlInput, at: float, begin: Array | None = None
 ) -> ControllerState:
@@ -461,19 +466,13 @@ def _sent(
     return replace(s, queue=queued(s.queue, sent, s.now), begin=begin)
 
 
-def _looking_again(
-    s: ControllerState, status: Status, reason: Reason, config: ControllerConfig
-) -> ControllerState:
-    """What the status of a cycle means for the next: whether it waits for the goal, and when it looks again.
-
-    A vehicle that stands blocked begins afresh, unless it only waits a while.
-    """
+def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
+    """Whether the next cycle waits for the goal; blocked at rest it starts again, unless it waits a while."""
     waiting, halt = status is Status.GOAL_LOST, s.task.halt
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None and not s.task.looks_past
     waits = halt is not None and halt.clear_since is not None
-    if blocked and not waits and may_look_again(s, config):
-        return moves.looking_again(s)
-    return s
+    tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
+    return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

@@ -7,22 +7,29 @@ from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import conditions, moves
-from rti_mpcc.behaviour.conditions import replan_due, standing_since
+from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.state import ControllerState, Halt, Phase
+from rti_mpcc.planning.stops import CLEAR_DISTANCE
+from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout, stopping
+from rti_mpcc.safety import causes, contact, escape, fallback, limiter, lookout, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
 from rti_mpcc.types import Reason, Source, Trajectory
+
+WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
+WHEELS_REACH = 0.5  # [m] from its start, at most
 
 
 class Driven(NamedTuple):
@@ -44,7 +51,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """What must not be goes before what the phase asks for."""
-    since = standing_since(s, context, w.config)
+    since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
     overlap = lookout.overlap(s, context, w.config)
@@ -52,7 +59,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
         return _in_contact(s, context, w, overlap)
     if context.doubt:
         return _doubt(s, context, w)
-    beyond = authority.exceeded(s.vehicle.disturbance, w.config)
+    beyond = limiter.exceeded(s.vehicle.disturbance, w.config)
     if beyond:
         return _give_up(s, context, w, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
@@ -74,9 +81,9 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Look for a first plan."""
     stands, latched = s.is_stationary, s.task.latched
-    if stands and not replan_due(s, context, w.config):
+    if stands and not replan_due(s, context):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
-    if _wheels_are_off(s, context, w):
+    if _wheels_are_off(s, context):
         return _turn_wheels(s, context, w)
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
@@ -93,7 +100,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
             return last
     task = s.task
     going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.is_stationary(s.now, w.config.retries.give_up_time):
+    if not (latched or going_on) and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -103,15 +110,13 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
 
 
-def _wheels_are_off(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+def _wheels_are_off(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the wheels are to be turned at rest before the segment is begun."""
-    segment, settings = s.task.whole, w.config.behaviour
+    segment = s.task.whole
     if segment.wheels is None or not s.is_stationary:
         return False
     driven = float(context.state[THETA]) - segment.part.start
-    return driven <= settings.wheels_reach and (
-        abs(segment.wheels - float(context.state[DELTA])) > settings.wheels_off
-    )
+    return driven <= WHEELS_REACH and (abs(segment.wheels - float(context.state[DELTA])) > WHEELS_OFF)
 
 
 def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -128,7 +133,7 @@ def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
     s, distance = _distance_on_driven(s, w)
-    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s, w.config)
+    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s)
     if in_view or distance < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, distance)
         if in_view and s.plans.suspended is None:
@@ -154,7 +159,7 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
         why = causes.of_stall(s, context, w.config, w.mpcc.room)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
-    in_reach = w.config.goal_limits.reach + context.along
+    in_reach = GOAL_REACH + context.along
     wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
@@ -232,7 +237,7 @@ def _change_over(
     """Turn from the present plan to the first one of another objective; None: not yet.
 
     An arrival that goes through something, or does not end at its target, is looked for again after
-    `Retries.replan_interval`, from nearer, while the present plan is driven on.
+    `rti_mpcc.planning.stops.REPLAN_INTERVAL`, from nearer, while the present plan is driven on.
 
     `distance`: of what the present plan meets, from its begin [m], inf if nothing.
     """
@@ -263,7 +268,7 @@ def _change_over(
 def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.going_on(s.plans.solution, w.config)
+    start = search.going_on(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid, w.config)
     s, attempt = iterated(s, context, start, w)
@@ -277,10 +282,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 
 def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Distance [m], from its begin, at which a change of the obstacles cuts the plan being driven, or inf.
-
-    Looked for in every cycle until a plan is driven that they leave free.
-    """
+    """Distance [m] from its start at which a change of the obstacles cuts the plan being driven, or inf."""
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
@@ -290,13 +292,13 @@ def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerSta
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
     """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
-    if stops.is_old(s, w.config):
+    if stops.is_old(s):
         return False
-    if stops.way_may_be_free(s, w.config):
+    if stops.way_may_be_free(s):
         return True
     if s.plans.driven and _ends_elsewhere(s, s.plans.driven, context, w.config):
-        return replan_due(s, context, w.config)
-    return schedule.arrival_due(s, context, w.config) and replan_due(s, context, w.config)
+        return replan_due(s, context)
+    return schedule.arrival_due(s, context, w.config) and replan_due(s, context)
 
 
 def _ends_elsewhere(
@@ -329,10 +331,7 @@ def _go_on(
     *,
     until_another: bool = False,
 ) -> Driven | None:
-    """Drive the last accepted plan of the state `before` on; None if there is none that may be.
-
-    It must be clear to its end, unless it is driven only until another one, that is on its way, is there.
-    """
+    """Drive the last accepted plan of `before` on, clear to its end unless another is on its way; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
     if plan is None:
         return None
@@ -358,7 +357,9 @@ def _give_up(
 ) -> Driven:
     """Brake to a standstill; what moved begins afresh once there is a reason to."""
     firm = w.config.firm_deceleration
-    return _stop(moves.plan_lost(s, problem), context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
+    after = transition_on(s, Event.PLAN_LOST)
+    after = s if after is s else replace(after, task=replace(after.task, latched=problem))
+    return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
 
 
 def _follow_plan(
@@ -372,18 +373,18 @@ def _follow_plan(
     problem: str = "",
     anywhere: bool = False,
 ) -> Driven:
-    """Drive a plan, unless its body is not clear over the way to a stop or the goal is not known well enough.
+    """Drive a plan that is clear over a stop (`anywhere`: all of it), to a goal that is known well enough.
 
-    `problem`: why it is not this cycle's own; `anywhere`: however far ahead that is.
+    `problem`: why it is not this cycle's own.
     """
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
-    later = 0.0 if s.task.halt is None else config.caution.clear_time
-    distance = lookout.clear_distance_on(s, plan, config, need + config.caution.clear_distance, later)
+    later = 0.0 if s.task.halt is None else CLEAR_TIME
+    distance = lookout.clear_distance_on(s, plan, config, need + CLEAR_DISTANCE, later)
     if s.area.moving:
         slowing = lookout.slowing(context, plan, config)
         distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
-    s = _halting(s, w, distance, need if distance < inf else 0.0)
+    s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
@@ -415,7 +416,8 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
     """Brake and stand; or creep out of it, where the settings allow that and it is not told to stand."""
-    s = moves.overlapping(s)
+    s = transition_on(s, Event.OVERLAP)
+    s = replace(s, task=replace(s.task, halt=Halt()))
     motion = None
     if s.task.phase is not Phase.WAITING:
         motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
@@ -427,7 +429,7 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
         )
         return Driven(s, decision)
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
-    shallow = overlap.depth <= w.config.caution.contact_tolerance
+    shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = w.config.comfort_acceleration if shallow else w.config.limits.acceleration
     return _stop(s, context, w, Verdict(Reason.OVERLAP, str(overlap)), wanted)
 
@@ -447,12 +449,12 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
         distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
-    return causes.meeting(_halting(s, w, distance, inf), slowing, distance, "", w.config)
+    return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
 
 
-def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:
+def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
     """Whether it brakes, or stands, for what is met after `distance` [m]; `need`: what a stop takes [m]."""
-    halt = stops.halted(s.task.halt, distance, need, s.now, w.config.caution)
+    halt = stops.halted(s.task.halt, distance, need, s.now)
     if halt is s.task.halt:
         return s
     since = s.now if halt is None else s.task.driving_since

@@ -11,16 +11,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import groupby, pairwise
-from math import inf, nan
+from math import inf, nan, radians
 
 from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
 from geometry.doors import Admitted, admit, door
 from geometry.settings import replaced
-from rti_mpcc.config import Behaviour, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
 WHOLE_TOLERANCE = 1.0
 """Least length of a segment whose end has the whole tolerance of a cusp [m]; a shorter one has a share."""
+CUSP_TOLERANCE = (0.1, 0.1, radians(3.0))  # [m], [m], [rad] at a cusp or staging pose
 
 
 class SegmentEnd(Enum):
@@ -99,7 +100,7 @@ class Segment(Admitted):
     part: PathPart
     index: int
     end: SegmentEnd = SegmentEnd.CUSP
-    tolerance: tuple[float, float, float] = Behaviour().cusp_tolerance
+    tolerance: tuple[float, float, float] = CUSP_TOLERANCE
     speed: float | None = None
     steering: float | None = None
     wheels: float | None = None
@@ -230,7 +231,7 @@ class Manoeuvre:
 
 def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The parts of a path, the last one to its end or to a goal near it."""
-    tolerance = config.behaviour.cusp_tolerance
+    tolerance = CUSP_TOLERANCE
     *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
@@ -252,8 +253,7 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        own = segment.stop, segment.piece_of
-        if segment.end is SegmentEnd.STOP or any(each is not None for each in own):
+        if segment.end is SegmentEnd.STOP or segment.stop is not None or segment.piece_of is not None:
             raise InputError(f"{name}: stops before something are made by the controller")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):

@@ -12,19 +12,15 @@ from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.errors import InputError
 from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.planning.goals import NO_TERMS, GoalTerms
 from rti_mpcc.planning.state import ControllerState, GoalState
-from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.rerouting import Rerouter
 from rti_mpcc.types import GoalOrigin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill, and stand.
-
-    Attributes:
-        at_once: as soon as can be, not in comfort.
-    """
+    """Come to a standstill in comfort, or as soon as can be (`at_once`), and stand."""
 
     at_once: bool = False
 
@@ -36,11 +32,7 @@ class GoOn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoTo:
-    """Plan a way to a goal and drive it.
-
-    Attributes:
-        goal: pose of the rear axle, world frame; terms: what is asked of it.
-    """
+    """Plan a route to a goal, a pose of the rear axle, and drive it; terms: what is asked of the goal."""
 
     goal: Pose2
     terms: GoalTerms = NO_TERMS
@@ -48,22 +40,13 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Follow:
-    """Drive this manoeuvre and no other one.
-
-    Attributes:
-        manoeuvre: that begins where the vehicle stands; terms: what is asked of its goal.
-    """
+    """Drive a manoeuvre that starts where the vehicle stands; terms: what is asked of its goal."""
 
     manoeuvre: Manoeuvre
     terms: GoalTerms = NO_TERMS
 
 
 Order = Stand | GoOn | GoTo | Follow
-
-
-def new_goal(order: Order) -> bool:
-    """Whether the goal is another one, of which nothing was detected yet."""
-    return isinstance(order, GoTo | Follow)
 
 
 def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:

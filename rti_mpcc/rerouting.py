@@ -16,18 +16,20 @@ import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour.conditions import SETTLE_SHARE
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import changed
+from rti_mpcc.planning.obstacles import MOVED, changed
 from rti_mpcc.planning.schedule import apart
-from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.sensing import OFF_PATH
+from rti_mpcc.planning.state import MOVING_SPEED, ControllerState, Phase
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.scouting import takes_too_long
 
 _REPLAN_AFTER = 1.0  # a vehicle that has stood so long where it cannot get on asks for another route [s]
 _UNMOVED = (0.03, 0.03, 0.03)
@@ -82,11 +84,7 @@ class _Asked:
 
 
 class Rerouter:
-    """Plans the ways of one controller.
-
-    Args:
-        area: that it may drive in; config: its settings.
-    """
+    """Plans the routes of one controller in its area."""
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
@@ -101,12 +99,12 @@ class Rerouter:
         self._outdated = False
 
     def in_another(self, s: ControllerState, area: Area) -> ControllerState:
-        """The state in another area; what differs by `Caution.moved` at most is no change.
+        """The state in another area; what differs by `MOVED` at most is no change.
 
         A search goes on where nothing has changed near the straight line from its start to its goal: what it
         finds has to be clear in the area that is there then. So a map that flickers elsewhere ends no search.
         """
-        least, before = self._config.caution.moved, self._area
+        least, before = MOVED, self._area
         changes = area.solid_beside(before, least) + before.solid_beside(area, least)
         if not changes:
             return s
@@ -127,7 +125,7 @@ class Rerouter:
         if _as_it_is(s):
             return s
         if s.task.phase is Phase.PLANNING:
-            if apart(here, s.path.start) > self._config.plausibility.off_path:
+            if apart(here, s.path.start) > OFF_PATH:
                 # It is first heard of there, or was set down: nothing would be driven so far off a route.
                 s = moves.without_way(s, *standing_route(here), route.why)
             return self._answered(s)
@@ -144,8 +142,7 @@ class Rerouter:
         return self._area.with_obstacles([each.outline for each in s.area.standing])
 
     def leaving(self, s: ControllerState, why: str) -> ControllerState:
-        """The state of a vehicle that leaves its route for a way that is still to be planned to its goal, in
-        all of the area."""
+        """The state of a vehicle that leaves its route, and plans another one in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
         return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
@@ -168,7 +165,7 @@ class Rerouter:
             self._asked = asked
             # One that has driven and asks does not stand well inside: it has to get there.
             driven = s.route is not None and s.route.ways > 0
-            there = self._config.behaviour.settle_share if driven else 1.0
+            there = SETTLE_SHARE if driven else 1.0
             config = s.goal.terms.on(self._config)
             keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.followed is None]
             self._planning = RoutePlanning(
@@ -239,8 +236,7 @@ class Rerouter:
         return None
 
     def _ahead(self, s: ControllerState, goal: Pose2) -> _Asked | None:
-        """From where on the way that is driven another one is to begin: where the vehicle will be in a
-        moment, or where it will stand."""
+        """From where on its route another one is to start: where the vehicle will be soon, or will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area, _UNMOVED, config.footprint.margin):
             if last.at is not None and s.now <= last.at:
@@ -319,7 +315,7 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
     speed = abs(float(state[V]))
-    if speed <= config.behaviour.moving_speed:
+    if speed <= MOVING_SPEED:
         return None
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0

@@ -1,25 +1,33 @@
 """The search for the first plan of an objective, over several cycles where there is no time in one.
 
-`Candidate` lists what it may be, in the order in which it is looked for; `first_plan` goes through that list.
 Each function returns the state with which its result would be driven, beside that result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
-from rti_mpcc.model.layout import THETA
+from rti_mpcc.behaviour.moves import NEAR_STOP
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.search import InitialIterate, SqpResult
-from rti_mpcc.planning.state import Candidate, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.schedule import apart
+from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
+from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.stops import SEEN_SHARE
+from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
+
+ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
+_INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
+OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
 
 
 class Found(NamedTuple):
@@ -30,40 +38,26 @@ class Found(NamedTuple):
     context: PlanningContext
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scouting:
-    """What is known on the way through the candidates.
-
-    Attributes:
-        s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
-        found: what may be driven if nothing better comes, or None.
-        filled: progress at which a body on the path meets something [m]; None: nothing does.
-    """
-
-    s: ControllerState
-    context: PlanningContext
-    begun: SuspendedSearch | None
-    found: Found | None = None
-    filled: float | None = None
-
-
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """Go through the candidates, beginning with the one at which an earlier cycle ran out of time."""
+    """The first plan, in this order; a search that ran out of time goes on where it was.
+
+    1. Onward to the target, from a guess along the path; on the way to a stop nothing else.
+    2. From rest, where that is not clear or misses the goal by more than `ACCEPTED_MISS`, another route is
+       asked for, unless there is none.
+    3. A stop before what blocks the route; from there it replans.
+    """
     begun = s.plans.suspended
-    candidates = tuple(Candidate) if begun is None else begun.candidates
-    scouting = Scouting(s=s, context=context, begun=begun)
-    for candidate in candidates:
-        scouting = _LOOKED_FOR[candidate](scouting, w)
-        found = scouting.found
-        if found is not None and found.attempt.out_of_time:
-            break
-    assert scouting.found is not None
-    return scouting.found
+    found, filled = _onward(s, context, w)
+    if found.attempt.out_of_time or (begun is not None and begun.segment.stop is not None):
+        return found
+    found, filled = _another_way(s, context, found, filled, w)
+    if found.attempt.out_of_time or filled is None:
+        return found
+    return _stop_before(found, filled, context, w)
 
 
 def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
-    """Whether a first plan of the segment ends at the goal; None: there was no time to find out, or it begins
-    with a cruise."""
+    """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
     s = schedule.scheduled(s.suspending(None), context, w.config)
     if s.task.arrival is None:
         return None
@@ -71,7 +65,7 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     found = _reaching(Found(s, attempt, context), None, w)
     if found.attempt.out_of_time:
         return None
-    return search.reaches(found.attempt, context, w.config.retries.accepted_miss)
+    return search.reaches(found.attempt, context, ACCEPTED_MISS)
 
 
 def iterated(
@@ -85,12 +79,10 @@ def iterated(
 
 
 def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:
-    """The state by what another plan is to end in than the one being driven, which meets something after that
-    `distance` from its begin [m], inf: nothing.
+    """With another end to plan for than that of the driven plan, which is clear over `distance` [m].
 
-    A search for another end than the present plan's is first for a way past what is in the way. Where the
-    plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
-    be looked for while it is made for.
+    A way past what blocks it comes first. Where the plan is not clear and there was no time for that, a stop
+    does: it is found soon, and a way past can be looked for meanwhile.
     """
     begun, filled, left, config, driven = s.plans.suspended, inf, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
@@ -98,25 +90,24 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
         guess = search.first_guess(w.mpcc, trial, context)
         on_guess = lookout.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
-        filled = lookout.progress_of_contact(s, plan, way, config)
+        filled = contact.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
-    if config.behaviour.near_stop < left < inf:
-        s = moves.stop_before(s, context, config, left, None, str(lookout.met_at(s, filled, config)))
+    if NEAR_STOP < left < inf:
+        s = moves.stop_before(s, context, left, None, str(lookout.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
-    elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s, config)):
+    elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s)):
         s = moves.seeking(s, s.task.whole)
-    return moves.released(s) if stops.way_may_be_free(s, config) else s
+    return moves.released(s) if stops.way_may_be_free(s) else s
 
 
-def _onward(scouting: Scouting, w: Workspace) -> Scouting:
-    """From a first guess along the path; finds out what fills the way of it."""
-    context = scouting.context
-    s = schedule.scheduled(scouting.s, context, w.config)
+def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple[Found, float | None]:
+    """From a first guess along the path; with the progress [m] at which something blocks it, or None."""
+    s = schedule.scheduled(s, context, w.config)
     filled = _met_on_planned_way(s, context, w)
     if filled is not None:
         nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
-        return replace(scouting, found=Found(s.suspending(None), nothing, context), filled=filled)
+        return Found(s.suspending(None), nothing, context), filled
     s, attempt, guess = _from_guess(s, context, w)
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         plan = attempt.plan if attempt.fits else guess
@@ -125,99 +116,81 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
             plan = attempt.plan if attempt.fits else guess
-            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config), w)
+            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config))
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
             on_guess = lookout.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
-            filled = lookout.progress_of_contact(s, *met, w.config)
+            filled = contact.progress_of_contact(s, *met, w.config)
     if filled is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
-    return replace(scouting, found=Found(s, attempt, context), filled=filled)
+    return Found(s, attempt, context), filled
 
 
 def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> float | None:
-    """Progress [m] at which a way that was planned past all that was known then is filled: there is no
-    passing it, another way is planned; None: nowhere."""
+    """Progress [m] at which something new blocks a planned route, so that it replans; None: nowhere."""
     if not s.on_planned_way or not context.free or not s.area.corridor.obstacles:
         return None
     guess = search.first_guess(w.mpcc, s, context)
     distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
     if distance == inf:
         return None
-    return lookout.progress_of_contact(s, guess, distance, w.config)
+    return contact.progress_of_contact(s, guess, distance, w.config)
 
 
-def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
-    """Ask for another way from here, where what was found is not clear or misses the goal."""
-    s, context, found = scouting.s, scouting.context, scouting.found
-    assert found is not None
+def _another_way(
+    s: ControllerState, context: PlanningContext, found: Found, filled: float | None, w: Workspace
+) -> tuple[Found, float | None]:
+    """Ask for another route from here, where what was found is not clear or misses the goal."""
     if s.route is None or s.route.fixed or not context.free:
-        return scouting
+        return found, filled
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
-        found = _reaching(found, scouting.begun, w)
+        found = _reaching(found, s.plans.suspended, w)
         if found.attempt.out_of_time:  # nothing is begun yet
-            waiting = s.suspending(found.s.plans.suspended)
-            return replace(scouting, found=Found(waiting, found.attempt, context))
-        scouting = replace(scouting, found=found)
-    why = found.attempt.problem or ("something fills the way" if scouting.filled is not None else "")
-    if arrives and not (why or search.reaches(found.attempt, context, w.config.retries.accepted_miss)):
+            return found._replace(s=s.suspending(found.s.plans.suspended), context=context), filled
+    why = found.attempt.problem or ("something fills the way" if filled is not None else "")
+    if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
-        return scouting
+        return found, filled
     wanted = replace(s.route, wanted=why)
     if not s.is_stationary:  # it is planned while what was found is driven
-        return replace(scouting, found=found._replace(s=replace(found.s, route=wanted)))
+        return found._replace(s=replace(found.s, route=wanted)), filled
     asking = replace(s.suspending(None), route=wanted)
-    return replace(scouting, found=Found(asking, found.attempt, context), filled=None)
+    return Found(asking, found.attempt, context), None
 
 
-def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
-    """A stop before what still fills the way."""
-    filled, found = scouting.filled, scouting.found
-    if filled is None or found is None:
-        return scouting
-    left, met = _left_before(filled, scouting.context, w), lookout.met_at(found.s, filled, w.config)
-    s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes, str(met))
-    context = w.context(s)
+def _stop_before(found: Found, filled: float, context: PlanningContext, w: Workspace) -> Found:
+    """A stop before what still blocks the route."""
+    left, met = _left_before(filled, context, w), lookout.met_at(found.s, filled, w.config)
+    s = moves.stop_before(found.s, context, left, found.s.area.changes, str(met))
     if s.task.phase is Phase.HOLDING:
-        return replace(scouting, found=Found(s, found.attempt, context))
-    return replace(scouting, found=_onward(replace(scouting, s=s, context=context), w).found)
-
-
-_LOOKED_FOR: dict[Candidate, Callable[[Scouting, Workspace], Scouting]] = {
-    Candidate.ONWARD: _onward,
-    Candidate.ANOTHER_WAY: _another_way,
-    Candidate.STOP_BEFORE: _stop_before,
-}
+        return Found(s, found.attempt, w.context(s))
+    return _onward(s, w.context(s), w)[0]
 
 
 def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
     """A first plan to the goal that misses it is iterated on, one of a brisk ride with more time then."""
     found = _iterated_on(found, begun, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
-    near = search.reaches(attempt, found.context, w.config.retries.accepted_miss)
+    near = search.reaches(attempt, found.context, ACCEPTED_MISS)
     if calm is found.s or near or not attempt.fits or attempt.out_of_time:
         return found
     return _iterated_on(found._replace(s=calm), begun, w)
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan to the goal that misses it is iterated on.
-
-    What is left of the error then is worth less than the effort to mend it from there, and it goes on the
-    way; or something stands in the way of it.
-    """
+    """A first plan that misses the goal is iterated on; an error left then is worth less than the effort."""
     s, attempt, context = found
     before = 0 if begun is None else begun.iterations
     done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
-    if not (context.free and missed) or done >= rounds * w.config.search.iterations:
+    if not (context.free and missed) or done >= rounds * ITERATIONS:
         return found
-    s, more = iterated(s, context, search.nearer(attempt, w.config), w)
+    s, more = iterated(s, context, replace(search.further(attempt, w.config), least=1, reaching=True), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
     return Found(search.suspended(s, context, attempt, before), attempt, context)
 
@@ -252,19 +225,45 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     distance = lookout.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
-    met = lookout.met_on(s, attempt.plan, distance, w.config)
+    met = contact.met_on(s, attempt.plan, distance, w.config)
     return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {met}")
 
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
-    if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
+    if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
     return contact.distance_to_obstacle(plan, s.area.corridor, s.task.segment.index, w.config, inf) > distance
 
 
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:
+def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> float:
     """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
     if not attempt.fits or s.task.arrival is not None:
         return distance
-    return inf if distance > w.config.search.seen_share * contact.length(attempt.plan) else distance
+    return inf if distance > SEEN_SHARE * contact.length(attempt.plan) else distance
+
+
+def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the last segment of a path is tried before its first: at rest, for a new goal.
+
+    A goal beside the path's end can be out of reach from there: another route from here may take no longer.
+    """
+    route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
+    if route is None or goal is None or measured is None:
+        return False
+    if s.on_planned_way or route.why or s.goal.rejected:
+        return False
+    stands = abs(float(measured[V])) <= STANDSTILL_SPEED
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
+    if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
+        return False
+    before = route.rehearsed
+    return before is None or apart(goal, before) > ways.GOAL_MOVED[0]
+
+
+def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
+    """Whether a way that was found for want of reach takes too long to be driven in the path's place."""
+    if s.route is None or s.route.why != OUT_OF_REACH:
+        return False
+    given = expected_docking_time(s.path, config, s.goal_pose)
+    return expected_docking_time(found.path, config, found.goal) > _INSTEAD * given

@@ -21,17 +21,13 @@ from geometry.doors import Admitted, admit, door
 from geometry.outline import checked_polygon, placed
 from rti_mpcc.types import Array
 
-Then = Literal["stop", "continue", "home"]
-"""What comes after a step that failed for good: nothing, the next step, or the way home."""
-Signal = Callable[[], bool]
-"""Asked once a cycle."""
+Then = Literal["stop", "continue", "home"]  # after a step that failed for good
+Signal = Callable[[], bool]  # asked once a cycle
 
 
-LONGEST = 100.0
-"""Length of what is driven straight on or along a bend, at most [m]: one cycle looks at all of it."""
+LONGEST = 100.0  # [m] driven straight on or along a bend, at most: one cycle looks at all of it
 
-QUARTER = 4
-"""So many corners has a quarter of a circle around where something may be."""
+QUARTER = 4  # corners of a quarter of a circle around where something may be
 
 
 class DockKind(Enum):
@@ -78,8 +74,7 @@ class Step(Admitted):
             _refuse_unless(count is None or count >= 0, self, name, "must be a whole number >= 0")
 
 
-COMMON = tuple(each.name for each in fields(Step))
-"""What all steps have."""
+COMMON = tuple(each.name for each in fields(Step))  # what all steps have
 
 
 @dataclass(frozen=True, slots=True)

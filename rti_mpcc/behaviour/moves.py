@@ -6,12 +6,14 @@ from dataclasses import replace
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import Event, transition_on
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import GoalOrigin, Trajectory
+
+NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
+STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad] at such a stop
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -31,48 +33,21 @@ def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
     return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
 
 
-def plan_lost(s: ControllerState, problem: str) -> ControllerState:
-    """Brake to a standstill; what moved begins afresh once there is a reason to."""
-    after = transition_on(s, Event.PLAN_LOST)
-    return s if after is s else replace(after, task=replace(after.task, latched=problem))
-
-
-def overlapping(s: ControllerState) -> ControllerState:
-    """The body overlaps something: it brakes and stands until its way has been clear for a while."""
-    s = transition_on(s, Event.OVERLAP)
-    return replace(s, task=replace(s.task, halt=Halt()))
-
-
-def looking_again(s: ControllerState) -> ControllerState:
-    """A vehicle that stands blocked begins afresh."""
-    return transition_on(s, Event.STANDS_BLOCKED)
-
-
-def found_elsewhere(s: ControllerState) -> ControllerState:
-    """The vehicle is not where it was believed to be, or was not heard of for long: a plan begins afresh.
-
-    One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
-    """
-    return replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
-
-
 # -- stops before what fills the way ----------------------------------------------------------------------
 
 
 def stop_before(
     s: ControllerState,
     context: PlanningContext,
-    config: ControllerConfig,
     distance: float,
     obstacle_changes: int | None,
     met: str = "",
 ) -> ControllerState:
-    """Something fills the way: make for a stop `distance` [m] ahead, or stay where that is near.
+    """Something blocks the route: make for a stop `distance` [m] ahead, or stay where that is near.
 
-    `obstacle_changes`: after which no way past was found; None: there was no time to find one. `met`: what
-    fills the way, and where.
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
     """
-    stays = distance <= config.behaviour.near_stop
+    stays = distance <= NEAR_STOP
     stop = PlannedStop(
         at=float(context.state[THETA]) + max(distance, 0.0),
         goal=s.goal.pose,
@@ -83,7 +58,7 @@ def stop_before(
     s = transition_on(s, Event.WAY_FILLED)
     if stays:
         s = transition_on(s, Event.STOP_IS_HERE)
-    task = s.task.on(s.task.whole.stopped(stop, config.behaviour.stop_tolerance))
+    task = s.task.on(s.task.whole.stopped(stop, STOP_TOLERANCE))
     return replace(s, task=replace(task, looks_past=task.looks_past and not stays))
 
 
@@ -103,8 +78,7 @@ def released(s: ControllerState) -> ControllerState:
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
-    """The planned goal is that of another dock: what is known of the last one, or stands before it, is no
-    longer meant."""
+    """The planned goal is that of another dock: what is known of the last one is no longer meant."""
     if s.task.stop is not None:
         s = transition_on(s, Event.GOAL_CHANGED)
         s = replace(s, task=s.task.on_whole())
@@ -149,10 +123,7 @@ def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why
 
 
 def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
-    """Begin a manoeuvre that was planned from here.
-
-    Of the last one only the plan that is driven is kept, until there is another.
-    """
+    """Start a manoeuvre that was planned from here; until there is another plan the last one is driven."""
     if s.goal.pose is None:
         goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
         s = replace(s, goal=goal)
@@ -163,10 +134,7 @@ def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> Con
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
-    """After a cycle that went wrong nothing is kept of the segment's plans, nor of its core.
-
-    A copy of the segment is another one, and gets a core of its own (`Workspaces`).
-    """
+    """After an internal error nothing is kept of the segment's plans, nor, as a copy of it, of its core."""
     s = transition_on(s, Event.MISTAKE)
     active, *later = s.task.on_whole().segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)

@@ -39,11 +39,7 @@ STATUS_OF = {
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a cycle came to.
-
-    Attributes:
-        reason: why; detail: what its message tells.
-    """
+    """What a cycle came to: the reason, and the detail that its message tells."""
 
     reason: Reason
     detail: str = ""

@@ -126,7 +126,7 @@ def transition_by_condition(
     s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
-    since = conditions.outside_since(s, context, config)
+    since = conditions.outside_since(s, context)
     if since != s.task.outside_since:
         s = replace(s, task=replace(s.task, outside_since=since))
     for row in _LOOKED_FOR[s.task.phase]:
@@ -155,8 +155,7 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
 def _beginning(s: ControllerState) -> ControllerState:
     """Nothing that was planned on the segment is kept.
 
-    A vehicle that stood where it was to stand, or as it was told, for however long, is taken to stand from
-    now on: it has not looked for a plan yet.
+    A vehicle that stood at its target, or as commanded, counts as standing from now on.
     """
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):

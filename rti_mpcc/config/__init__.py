@@ -7,21 +7,20 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, ControllerConfig
-from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
-from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
+from rti_mpcc.config.decisions import Method, Ride
+from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     AdmmSettings,
     BoundRelaxation,
     Footprint,
     NarrowPassage,
-    Progress,
     SolverSettings,
     SpeedProfile,
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.safety import Caution, Escape, Fallback
+from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
 __all__ = [
@@ -29,32 +28,21 @@ __all__ = [
     "EXIT",
     "NO_COMFORT",
     "AdmmSettings",
-    "ArrivalTiming",
-    "Behaviour",
     "BoundRelaxation",
     "Caution",
     "Comfort",
     "ControllerConfig",
-    "Escape",
-    "Fallback",
     "Footprint",
-    "GoalLimits",
     "GoalTracking",
-    "Guesses",
     "Limits",
     "Method",
     "MissionSettings",
     "NarrowPassage",
-    "ObstacleTracking",
     "Plausibility",
-    "Progress",
-    "Retries",
     "Ride",
     "RoutePlanner",
-    "Search",
     "SolverSettings",
     "SpeedProfile",
-    "UserClock",
     "Vehicle",
     "Weights",
 ]

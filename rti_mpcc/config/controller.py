@@ -11,20 +11,19 @@ from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.doors import door
 from geometry.errors import ConfigError
 from geometry.settings import NonNegative, Positive, Settings, Tolerance, did_you_mean
-from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
-from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
+from rti_mpcc.config.decisions import Method, Ride
+from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     BoundRelaxation,
     Footprint,
     NarrowPassage,
-    Progress,
     SolverSettings,
     SpeedProfile,
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.safety import Caution, Escape, Fallback
+from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Vehicle
 
 EXIT = 1e-3
@@ -39,6 +38,11 @@ NO_JERK = 1e3
 """More than any vehicle has in a cycle: no bound [m/s³]."""
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
+PLANNED_SHARE = 0.9  # of comfort, and of the speed in narrow places: the rest is for corrections
+BRISK_SHARE = 0.98  # the same of a brisk ride: its time has the ramps for a reserve
+BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
+LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
+FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
 
 
 class ControllerConfig(Settings):
@@ -46,10 +50,7 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
-        progress, narrow_passage, bound_relaxation, fallback, escape: see there.
-        behaviour, retries, arrival_timing, search, guesses: when the vehicle does what, and how its plans are
-            sought; see there.
-        goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
+        narrow_passage, bound_relaxation: see there.
         route: how ways are planned in an area, see `RoutePlanner`.
         mission: how missions are driven, see `MissionSettings`.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
@@ -95,20 +96,9 @@ class ControllerConfig(Settings):
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
-    progress: Progress = Progress()
     narrow_passage: NarrowPassage = NarrowPassage()
     bound_relaxation: BoundRelaxation = BoundRelaxation()
-    fallback: Fallback = Fallback()
-    escape: Escape = Escape()
-    behaviour: Behaviour = Behaviour()
-    retries: Retries = Retries()
-    arrival_timing: ArrivalTiming = ArrivalTiming()
-    search: Search = Search()
-    guesses: Guesses = Guesses()
-    goal_limits: GoalLimits = GoalLimits()
-    obstacle_tracking: ObstacleTracking = ObstacleTracking()
     route: RoutePlanner = RoutePlanner()
-    user_clock: UserClock = UserClock()
     mission: MissionSettings = MissionSettings()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
@@ -172,8 +162,7 @@ class ControllerConfig(Settings):
     @property
     def arrival_acceleration(self) -> float:
         """What a planned arrival takes [m/s²]."""
-        timing = self.arrival_timing
-        share = timing.planned_share if self.ride == "smooth" else timing.brisk_share
+        share = PLANNED_SHARE if self.ride == "smooth" else BRISK_SHARE
         return share * self.comfort_acceleration
 
     @property
@@ -196,17 +185,17 @@ class ControllerConfig(Settings):
     @property
     def planned_acceleration(self) -> float:
         """Largest that a plan may have, besides the limits [m/s²]."""
-        return inf if self.ride == "smooth" else self.arrival_timing.brisk_bound * self.comfort_acceleration
+        return inf if self.ride == "smooth" else BRISK_BOUND * self.comfort_acceleration
 
     @property
     def longest_cycle(self) -> float:
         """After more time than this since the last cycle, cycles were lost [s]."""
-        return self.arrival_timing.lost_cycles * self.cycle
+        return LOST_CYCLES * self.cycle
 
     @property
     def firm_deceleration(self) -> float:
         """Before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
-        return min(self.limits.acceleration, self.fallback.firmness * self.comfort_acceleration)
+        return min(self.limits.acceleration, FIRMNESS * self.comfort_acceleration)
 
     @property
     def arrival_comfort(self) -> tuple[float, float, float]:

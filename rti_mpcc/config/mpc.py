@@ -104,22 +104,6 @@ class SpeedProfile(Settings):
         return max(self.final, self.behind * sqrt(2.0 * self.deceleration * max(behind, 0.0)))
 
 
-class Progress(Settings):
-    """The progress theta along the path: how far it may go, and where a goal lies on it.
-
-    Attributes:
-        overrun: how far it may pass the stop point of a goal pose [m] (published code).
-        headroom: share of the speed limit that theta_dot may reach, so that no bound on it and the one on v
-            ever say the same twice.
-        projection_reach: a goal that has moved by less than this is projected near its last projection [m]:
-            noise makes no jumps.
-    """
-
-    overrun: NonNegative = 0.1
-    headroom: Annotated[float, Field(ge=1.0, le=1e3)] = 1.5
-    projection_reach: NonNegative = 1.0
-
-
 class Footprint(Settings):
     """How the corridor rows keep the body from what stands.
 

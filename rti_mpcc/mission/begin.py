@@ -17,8 +17,8 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.orders import GoOn, GoTo, Order, Stand
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.agenda import Agenda, Berth, StepRecord
+from rti_mpcc.planning.goals import GoalTerms, Outline
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.planning.terms import GoalTerms, Outline
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
 
 _OUT_TOLERANCE = (0.2, 0.2, 0.1)  # at the end of a way out: longitudinal [m], lateral [m], heading [rad]

@@ -8,6 +8,7 @@ from geometry import InputError, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning import validation
+from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
 from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
 
 _log = logging.getLogger(__name__)
@@ -41,11 +42,10 @@ def check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingC
 
 
 def _check_pose(pose: Pose2, name: str, controller: DockingController) -> None:
-    if validation.usable_goal(pose, controller.config) is None:
-        checks = controller.config.plausibility
+    if validation.usable_goal(pose) is None:
         raise InputError(
-            f"{name} = {pose}: its coordinates must be at most {checks.farthest:g} m, "
-            f"its heading at most {checks.largest_heading:g} rad"
+            f"{name} = {pose}: its coordinates must be at most {FARTHEST:g} m, "
+            f"its heading at most {LARGEST_HEADING:g} rad"
         )
     if hint := degrees_hint(f"{name}.phi", pose.phi):
         _log.warning("%s", hint)

@@ -206,7 +206,7 @@ class DockingMission:
 
     def _remember(self, goal: Pose2 | None) -> None:
         """Keep a goal that is told for the next `Dock` without a pose, if it is one to plan a way to."""
-        usable = None if goal is None else validation.usable_goal(goal, self.controller.config)
+        usable = None if goal is None else validation.usable_goal(goal)
         if usable is not None:
             self._keep(replace(self.agenda, told=usable))
 

@@ -21,7 +21,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.mission.way_out import SPACING
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
-from rti_mpcc.planning.terms import GoalTerms
+from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.steps import Straight
 
 STRAIGHT_END = 0.03

@@ -26,10 +26,15 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array1, Out3, kernel
-from rti_mpcc.config import ControllerConfig, Progress
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
+
+OVERRUN = 0.1  # [m] of the progress past the stop point of a goal pose (published code)
+HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
+CALM_SPEED = 0.1  # [m/s]; slower, a plan turns the wheels within comfort
+PASSED_DISTANCE = 0.5  # [m]; passed by less, the vehicle still has that distance left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,9 +60,9 @@ class Change(NamedTuple):
     pressed: bool = True
 
 
-def overrun(target: Target, progress: Progress) -> float:
+def overrun(target: Target) -> float:
     """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
-    return progress.overrun if target.kind is TargetKind.POSE else 0.0
+    return OVERRUN if target.kind is TargetKind.POSE else 0.0
 
 
 def stage_bounds(
@@ -84,7 +89,7 @@ def stage_bounds(
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O5).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
-    limits, progress, profile = config.limits, config.progress, config.speed_profile
+    limits, profile = config.limits, config.speed_profile
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
@@ -98,10 +103,10 @@ def stage_bounds(
         inf if profile is None else profile.at_stop(target.behind),
         0.0 if profile is None else profile.deceleration,
         limits.speed if turns else 0.0,
-        1.0 if profile is not None else progress.headroom,
+        1.0 if profile is not None else HEADROOM,
         config.progress_reverses,
         (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
-        target.stop + overrun(target, progress) if ends else inf,
+        target.stop + overrun(target) if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate * disturbance.rate_share,
         states,
@@ -113,7 +118,7 @@ def stage_bounds(
         if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
             _bound_change(before, speeds[0], lengths, jerk, controls)
         if config.weights.comfort[2] > 0.0:
-            calm = config.behaviour.calm_speed if pressed else inf
+            calm = CALM_SPEED if pressed else inf
             kept = config.bound_relaxation.turning_share * np.abs(turning)
             _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
         if rests:
@@ -123,7 +128,7 @@ def stage_bounds(
 
 def _faster(change: Change, left: float, config: ControllerConfig) -> float:
     """f of (J4), with `left` [m] to the target; within what an arrival comes back from it is comfort's."""
-    needed = float(change.speeds[0]) ** 2 / (2.0 * max(left, config.arrival_timing.passed_distance))
+    needed = float(change.speeds[0]) ** 2 / (2.0 * max(left, PASSED_DISTANCE))
     return sqrt(max(min(needed, config.firm_deceleration) / config.comfort_acceleration, 1.0))
 
 

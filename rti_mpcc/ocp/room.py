@@ -18,6 +18,7 @@ from geometry import Corridor, PathPart
 from geometry.compiled import Array4, Out1, inner, kernel
 from geometry.contacts import ACROSS, ALONG, APART
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.types import Array
 
@@ -133,7 +134,7 @@ def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
     least, passage = config.caution.hard_minimum, config.narrow_passage
     speed = passage.speed + np.maximum(room - least, 0.0) / passage.reaction_time
-    squares = np.minimum(speed, config.limits.speed / config.arrival_timing.planned_share) ** 2
+    squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.
     ahead = np.minimum.accumulate((squares + gains)[::-1])[::-1]

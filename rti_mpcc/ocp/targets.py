@@ -8,6 +8,9 @@ from math import hypot
 
 from geometry import PathPart, Pose2, lift
 
+PROJECTION_REACH = 1.0
+"""A goal that has moved by less is projected near its last projection [m]: noise makes no jumps."""
+
 
 class TargetKind(Enum):
     """What ends a part."""
@@ -48,19 +51,18 @@ class Target:
         return max(self.theta - self.theta_end, 0.0)
 
 
-def goal_on(part: PathPart, goal: Pose2, last: Target | None = None, *, reach: float = 0.0) -> Target:
+def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
     """The goal as the target of a part.
 
     Args:
         last: what the part was to end in before, or None.
-        reach: a goal that has moved by less than this since is projected near its last projection [m].
     """
     if last is None or last.goal is None:
         near = None
     elif last.goal == goal:
         return last
     else:
-        near = last.theta if _apart(goal, last.pose) < reach else None
+        near = last.theta if _apart(goal, last.pose) < PROJECTION_REACH else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
     if theta <= 0.5 * (part.start + part.end) and _apart(goal, part.last) <= _apart(goal, part.pose(theta)):
         theta = part.end  # of a path that comes back to where it began

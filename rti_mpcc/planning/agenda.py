@@ -15,11 +15,7 @@ from rti_mpcc.types import Array, MissionResult
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Due:
-    """A step that is to be done.
-
-    Attributes:
-        step: see there; place: of it in the mission; attempt: so often it was tried before.
-    """
+    """A step that is to be done, its place in the mission, and how often it was tried before."""
 
     step: AnyStep
     place: int

@@ -20,7 +20,6 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
-from rti_mpcc.types import Array
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most so fast the goal setpoint follows the estimate [m/s], [rad/s]
 _LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
@@ -71,8 +70,7 @@ def rate_limited_goal(
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
-STAYS = ": the last one stays"
-"""End of what is said of a goal that is not taken, while another one is made for."""
+STAYS = ": the last one stays"  # of a goal that is not taken, while another one is made for
 NOT_THE_ONE = "standing at the last goal that was accepted, not at the one asked for"
 
 
@@ -108,7 +106,11 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
         return ""
     tracking = config.goal_tracking
     left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
-    stds = _stds(estimate, tracking.filter.drift(left))
+    pose, covariance = estimate.pose, estimate.covariance
+    assert pose is not None
+    assert covariance is not None
+    there = np.array([[pose.x, pose.y, pose.phi]])
+    (stds,) = stds_in(there, (covariance + tracking.filter.drift(left))[None]).tolist()
     tolerance = s.goal.terms.on(config).goal_tolerance
     if all(_CERTAINTY * std <= most for std, most in zip(stds, tolerance, strict=True)):
         return ""
@@ -147,11 +149,7 @@ def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
 
 
 def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> str:
-    """Why the last detection was not accepted, while none was.
-
-    Args:
-        judgements: of the detections of this cycle; unfit: what was given in their place, or "".
-    """
+    """Why the last detection was not accepted, while none was; `unfit`: what was given in place of one."""
     if goal.estimate is not None and goal.estimate.pose is not None:
         return ""
     refused = [each.reason for each in judgements if not each.accepted]
@@ -178,16 +176,3 @@ def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pos
     if abs(turn) < angle:
         phi = lift(wanted.phi, before.phi)
     return Pose2(before.x + share * x, before.y + share * y, phi)
-
-
-def _stds(estimate: GoalEstimate, drift: Array) -> tuple[float, float, float]:
-    """Standard deviations along and across the goal [m], and of its heading [rad].
-
-    `drift` (3, 3) is added to the covariance.
-    """
-    assert estimate.pose is not None
-    assert estimate.covariance is not None
-    pose = estimate.pose
-    (stds,) = stds_in(np.array([[pose.x, pose.y, pose.phi]]), (estimate.covariance + drift)[None]).tolist()
-    along, across, heading = stds
-    return along, across, heading

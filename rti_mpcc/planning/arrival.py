@@ -37,6 +37,12 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
+LEAST_TIME = 1.0  # [s] to go, at least: closer in, the plan always ends this far ahead
+WAITING_REACH = 30.0
+"""No arrival within reach waits until it is nearer [m]: (T2) leaves a slow vehicle no room to get across to a
+goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a goal and stalled
+(docs/decisions/01-arrival-at-rest.md)."""
+
 
 def arrival_time(
     distance: float,
@@ -46,16 +52,12 @@ def arrival_time(
     *,
     calm: bool = False,
 ) -> float:
-    """Duration [s] of the arrival that is planned over `distance` [m] from `speed` >= 0 [m/s].
-
-    Args:
-        highest: see `time_to_go`; calm: of a smooth ride, whatever ride is configured.
-    """
+    """Duration [s] of the arrival planned over `distance` [m] from `speed` >= 0 [m/s]; calm: a smooth one."""
     return time_to_go(
         distance,
         speed,
         config.arrival_acceleration,
-        config.arrival_timing.least_time,
+        LEAST_TIME,
         highest,
         jerk=config.comfort.jerk,
         brisk=config.ride == "brisk" and not calm,
@@ -96,11 +98,7 @@ def time_to_go(
 
 
 def time_along(ways: Array, speed: float, acceleration: float, highest: Array) -> float:
-    """Duration [s] of a brisk arrival over unequal pieces of its way, Eq. (T6) without its ramps.
-
-    Args:
-        ways: (m,) lengths of the pieces [m]; highest: (m,) speeds allowed in them [m/s].
-    """
+    """Duration [s] of a brisk arrival over pieces of lengths `ways` (m,) [m], (T6) without its ramps."""
     up = _even_speeds_along(speed, highest.tolist(), ways.tolist(), acceleration)
     down = _even_speeds_along(0.0, highest[::-1].tolist(), ways[::-1].tolist(), acceleration)
     speeds = np.minimum(up, down[::-1])
@@ -110,12 +108,7 @@ def time_along(ways: Array, speed: float, acceleration: float, highest: Array) -
 
 
 def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, Array]:
-    """Distances driven (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] since the begin of an
-    arrival that takes all of them, a cubic over the time that never goes back.
-
-    Args:
-        distance, speed: see `time_to_go`.
-    """
+    """Distances (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] of an arrival that is a cubic."""
     span = float(elapsed[-1])
     tau = elapsed / span
     # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = distance, s'(1) = 0
@@ -127,12 +120,7 @@ def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, 
 def paced_motion(
     elapsed: Array, distance: float, speed: float, comfort: float, highest: Array, *, brisk: bool = False
 ) -> tuple[Array, Array]:
-    """The same by (T3), or (T6), stretched to the time that there is: it begins with `speed`, and keeps to
-    what is highest, where that is the time of (T3).
-
-    Args:
-        distance, speed, comfort, highest: see `time_to_go`.
-    """
+    """`cubic_motion` by (T3), or (T6), stretched to the time that there is: it starts with `speed`."""
     distance = max(distance, 1e-6)
     a = _deceleration(distance, speed, comfort)
     peak = _highest_speed(distance, speed, a)
@@ -161,21 +149,17 @@ def _vertex_speed(distance: float, speed: float, duration: float) -> float:
 
 
 def within_reach(distance: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
-    """Whether the planned arrival should begin: near enough, and either slow enough or due: by (T2), or with
-    no more than `ArrivalTiming.waiting_reach` left.
+    """Whether the planned arrival should start: near enough; and slow, or due by (T2) or distance.
 
     Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
-    way takes longer, but its stages are as short in metres.
-
-    Args:
-        distance: [m], from `theta` [m] on a part with this pace; speed: [m/s].
+    distance takes longer, but its stages are as short in metres. `distance` [m] counts from `theta` [m].
     """
-    comfort, timing = config.arrival_acceleration, config.arrival_timing
+    comfort = config.arrival_acceleration
     duration, brisk = arrival_time(distance, speed, config), config.ride == "brisk"
     braking = 4.0 * speed**2 / (3.0 * comfort)
     if brisk:
         braking = 0.5 * speed**2 / comfort + speed * comfort / config.comfort.jerk
-    due = distance <= max(braking, timing.waiting_reach)
+    due = distance <= max(braking, WAITING_REACH)
     peak = _highest_speed(distance, speed, comfort) if brisk else peak_speed(distance, speed, duration)
     if not due and peak > config.limits.speed:
         return False
@@ -184,7 +168,7 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
     horizon = config.arrival_horizon
     if duration > horizon:
         return False
-    return arrival_time(distance, speed, config, pace.ahead(theta, distance, config)) <= horizon
+    return arrival_time(distance, speed, config, pace.ahead(theta, distance)) <= horizon
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:

@@ -61,11 +61,6 @@ class PlanningContext:
         """With which the vehicle brakes until `begin` [m/s²]; negative where it gains speed."""
         return -copysign(self.acceleration, self.acceleration * float(self.state[V]))
 
-    @property
-    def own_speed(self) -> float:
-        """|v| at `begin` [m/s]."""
-        return abs(float(self.state[V]))
-
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether a vehicle with this `error` is within `share` of the tolerance, with its way driven.
 

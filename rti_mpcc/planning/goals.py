@@ -6,21 +6,29 @@ One rule for scenario files and for every cycle. A cycle looks only at what is n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, nan, radians
+from math import hypot, nan, pi, radians
 
 import numpy as np
 
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
 from geometry.angles import degrees_hint
-from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
+from geometry.settings import replaced
+from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import GOAL_REACH, Surroundings
+
+GOAL_TURN = 0.5 * pi  # [rad] from the path's heading beside it: the same
+UNMOVED = 0.01  # [m] of any point of the body: the goal needs no other check
+NEARLY_UNMOVED = 0.03  # [m], the same where there was more room than that
+STILL_REFUSED = 0.1  # [m], the same for a goal that is farther out of reach than that
+IN_DEGREES = pi / 6.0  # [rad] from the path's heading: a refused heading this near in degrees was meant so
+ODD = 0.2  # [rad] from the path's heading: a heading that is not refused is suspected of it
+SURELY_IN_DEGREES = 0.1  # [rad]: if it is within this, read in degrees
 
 NOISE, NOISE_HEADING = 0.15, 0.1
 """So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
 3 cm."""
-NOISE_TIME = 0.5
-"""Time constant of their mean [s]: a goal that moves by 0.3 m/s is followed 0.15 m behind."""
+NOISE_TIME = 0.5  # [s] of their mean: a goal that moves by 0.3 m/s is followed 0.15 m behind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,17 +59,10 @@ def checked(
     path: ReferencePath,
     corridor: Corridor,
     vehicle: Vehicle,
-    limits: GoalLimits,
     *,
     margin: float = 0.0,
 ) -> GoalFit:
-    """The exact check.
-
-    Args:
-        limits: what can be a goal at all; margin: less room than this [m] is remarked.
-
-    In an area a goal may be anywhere: the way there is planned.
-    """
+    """The exact check; less room than `margin` [m] is remarked. In an area a goal may be anywhere."""
     if corridor.area is not None:
         if not _in_box(goal, corridor.area):
             return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
@@ -72,8 +73,8 @@ def checked(
         problem = _joined(problem, hint) if problem else ""
         return GoalFit(pose=goal, problem=problem, remark=remark, room=room, excess=excess, beside=goal)
     part = path.parts[-1]
-    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part, limits)
-    problem, excess = _misplaced(goal, beside, vehicle, limits)
+    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part)
+    problem, excess = _misplaced(goal, beside, vehicle)
     if problem:
         return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
     if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
@@ -86,11 +87,10 @@ def checked(
 
 
 def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
-    """The goal to plan for, of one that came after the one `before`, while one was `planned`.
+    """The goal to plan for, of one that came after `before`, while one was `planned`.
 
-    A goal that is given anew in each cycle, with noise, is their mean over the last moments, so that neither
-    a search nor a docked vehicle follows the noise. One that came twice is taken as it is, and so is one that
-    has jumped.
+    A goal that is given in each cycle, with noise, is the mean of the last moments. One that came twice, or
+    has jumped, is taken as it is.
     """
     if planned is None or came in (before, planned):
         return came
@@ -101,11 +101,6 @@ def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: fl
     return Pose2(x, y, planned.phi + share * off.phi)
 
 
-def same_dock(dock: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
-    """Whether a planned goal is that of a dock as it was given first, within the tolerance."""
-    return dock is not None and goal.relative_to(dock).within(config.goal_tolerance)
-
-
 def checked_again(
     last: GoalFit | None,
     goal: Pose2,
@@ -113,74 +108,66 @@ def checked_again(
     surroundings: Surroundings,
     config: ControllerConfig,
 ) -> GoalFit:
-    """The check of a cycle, as far as the one before it does not answer it.
+    """The check of a cycle, as far as the `last` one does not answer it.
 
-    Obstacles that came onto a goal that stays where it is are none of its: the vehicle waits before them. One
-    that was refused because of an obstacle is free again once that has gone.
-
-    Args:
-        last: of the goal looked at last; None: there was none.
+    Obstacles that came onto a goal that stays do not count: the vehicle waits before them. A goal that was
+    refused because of an obstacle is free again once that has gone.
     """
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
     corridor, margin = surroundings.corridor, _margin(config)
-    fit = checked(goal, path, corridor, config.vehicle, config.goal_limits, margin=margin)
+    fit = checked(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
 
 def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
-    """Whether what was found of another goal holds for this one: no clearance changes by more than the body
-    has moved."""
-    vehicle, limits, known = config.vehicle, config.goal_limits, last.changes == changes
+    """Whether the last answer holds for this goal: no clearance changes by more than the body has moved."""
+    vehicle, known = config.vehicle, last.changes == changes
     moved = _moved(last.pose, goal, vehicle)
     if last.problem:
-        within = max(min(last.excess, limits.still_refused), limits.unmoved)
+        within = max(min(last.excess, STILL_REFUSED), UNMOVED)
         return (known or not last.room < 0.0) and moved <= within
-    if moved <= limits.unmoved:
+    if moved <= UNMOVED:
         return True
-    if _misplaced(goal, last.beside, vehicle, limits)[0]:
+    if _misplaced(goal, last.beside, vehicle)[0]:
         return False  # by that place of the path: another one may be nearer
     left = last.room - moved
     clear = known and left > _margin(config) and not last.remark
-    return clear or (moved <= limits.nearly_unmoved and left > 0.0)
+    return clear or (moved <= NEARLY_UNMOVED and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
-    """What there is to say of the path's last pose, which is the goal where none was told.
-
-    Obstacles do not count: they come and go, and are waited for.
-    """
+    """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
     room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
     remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
-def degrees_beside(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -> str:
-    """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
+def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
+    """A hint where a heading would be near the path's if read in degrees, or "".
 
-    A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
+    Up to a full turn, which is 6 degrees, a heading is taken for what it is.
     """
     hint = degrees_hint(what, pose.phi)
     if not hint:
         return ""
     read = replace(pose, phi=radians(pose.phi))
     off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
-    refused = off > limits.turn and in_degrees <= limits.in_degrees
-    if refused or (off > limits.odd and in_degrees <= limits.surely_in_degrees):
+    refused = off > GOAL_TURN and in_degrees <= IN_DEGREES
+    if refused or (off > ODD and in_degrees <= SURELY_IN_DEGREES):
         return hint
     return ""
 
 
-def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle, limits: GoalLimits) -> tuple[str, float]:
-    """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
-    it is beyond that [m]."""
+def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
+    """Why a goal is out of reach of the path, whatever stands there, or "", and how far beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
-    if distance > limits.reach:
-        said = f"{distance:.4g} m from the path's last part, at most {limits.reach:g} m"
-        return said, distance - limits.reach
-    if turn > limits.turn:
-        said = f"turned by {turn:.4g} rad from the path beside it, at most {limits.turn:.4g} rad"
-        return said, (turn - limits.turn) * _arm(vehicle)
+    if distance > GOAL_REACH:
+        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        return said, distance - GOAL_REACH
+    if turn > GOAL_TURN:
+        said = f"turned by {turn:.4g} rad from the path beside it, at most {GOAL_TURN:.4g} rad"
+        return said, (turn - GOAL_TURN) * _arm(vehicle)
     return "", 0.0
 
 
@@ -234,3 +221,43 @@ def _arm(vehicle: Vehicle) -> float:
 
 def _joined(*said: str) -> str:
     return "; ".join(filter(None, said))
+
+
+Outline = tuple[tuple[float, float], ...]  # corners x, y [m], of a value that can be compared
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalTerms:
+    """What is asked of a goal, where that is not what the settings say.
+
+    Attributes:
+        tolerance: longitudinal [m], lateral [m], heading [rad]; None: `ControllerConfig.goal_tolerance`.
+        detected: whether the vehicle has docked only where the goal was seen; None: `GoalTracking.required`.
+        approach: length [m] and direction, +1 or -1, of the straight last piece of a planned way; None:
+            `RoutePlanner.final_straight`.
+        keep_out: outlines [m] that a planned way keeps out of before that piece, until the goal has
+            been detected.
+    """
+
+    tolerance: tuple[float, float, float] | None = None
+    detected: bool | None = None
+    approach: tuple[float, int] | None = None
+    keep_out: tuple[Outline, ...] = ()
+
+    def on(self, config: ControllerConfig) -> ControllerConfig:
+        """The settings with what is asked here."""
+        changes: dict[str, object] = {}
+        if self.tolerance is not None:
+            changes["goal_tolerance"] = self.tolerance
+        if self.detected is not None:
+            tracking = config.goal_tracking
+            changes["goal_tracking"] = replaced(tracking, required=self.detected)
+        if self.approach is not None:
+            length, direction = self.approach
+            straight = {"final_straight": length, "final_direction": direction}
+            changes["route"] = replaced(config.route, **straight)
+        return replaced(config, **changes) if changes else config
+
+
+NO_TERMS = GoalTerms()
+"""What the settings say."""

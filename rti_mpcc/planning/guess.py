@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from geometry.compiled import Array1, Array2, Out2, inner, kernel
-from rti_mpcc.config import ControllerConfig, Guesses
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.room import Room
@@ -20,6 +20,12 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.arrival import cubic_motion, paced_motion
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
+
+FADE_DISTANCE = 12.0  # [m] over which an offset at the start or at the target fades into the path, at least
+FADE_CURVATURE = 0.1  # [1/m] with which a large offset at the start begins to fade: the tail swings out
+FADE_HEADING = 1.05  # [rad]; a heading from the path beyond this fades like this
+ASTRAY = 0.05  # [rad] by which the heading may go astray while the steering turns; beyond it is turned first
+LEAST_STRETCH = 0.2  # beside a bend's inside per distance along the path: not into its centre
 
 
 def arrival_guess(
@@ -40,7 +46,7 @@ def arrival_guess(
         pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any()
     ):
         # The QP would not let it be so fast: the motion that the time was planned with.
-        highest = pace.ahead(theta, distance, config)
+        highest = pace.ahead(theta, distance)
         s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
     return along_path(part, target, state, times, s, rate, config)
 
@@ -58,7 +64,9 @@ def cruise_guess(
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
-    rate = np.minimum(now + change, _let_in(now, elapsed, config))
+    rate = np.minimum(
+        now + change, np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
+    )
     s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
     if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, now, config)).any():
         s, rate = _slowed(rate, theta, elapsed, now, pace.room, config)
@@ -70,8 +78,7 @@ def cruise_guess(
 def _slowed(
     rate: Array, theta: float, elapsed: Array, speed: float, room: Room, config: ControllerConfig
 ) -> tuple[Array, Array]:
-    """The way (N+1,) [m] from `theta` on and the speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort
-    behind what was narrow."""
+    """Distances (N+1,) [m] and speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort behind it."""
     s, rate = np.zeros_like(rate), rate.copy()
     for k, seconds in enumerate(np.diff(elapsed)):
         stage = theta + s[k] + np.array([0.0, rate[k] * seconds])
@@ -90,11 +97,10 @@ def along_path(
     rate: Array,
     config: ControllerConfig,
 ) -> Trajectory:
-    """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
+    """The trajectory that has driven `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
-    The vehicle's offset from the path fades out over the first metres, the target's fades in over the last,
-    both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations see
-    to that, but the less it slips sideways the less they have to change.
+    The vehicle's offset fades out over the first metres, the target's fades in over the last, as cubics whose
+    slope is the heading. The guess need not obey the dynamics; the first iterations see to that.
     """
     lead = _lead_in(part, target, state, times, rate, config)
     led = len(lead) - 1
@@ -139,15 +145,14 @@ def _faded(
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
     distance = max(target.theta - float(state[THETA]), 1e-3)
-    settings = config.guesses
-    reach, fade = min(settings.fade_distance, distance), min(_fade_length(begin.y, settings), distance)
+    reach, fade = min(FADE_DISTANCE, distance), min(_fade_length(begin.y), distance)
     states = np.empty((len(s), STATES))
     _beside_path(
         reference.x, reference.y, reference.phi, reference.slope, float(part.direction),
         s, rate, theta, target.theta, target.stop,
-        (begin.x, begin.y, _slope(begin.phi, settings)), fade,
-        (end.x, end.y, _slope(end.phi, settings)), reach,
-        settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
+        (begin.x, begin.y, _slope(begin.phi)), fade,
+        (end.x, end.y, _slope(end.phi)), reach,
+        LEAST_STRETCH, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
     )  # fmt: skip
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
@@ -159,9 +164,8 @@ def _lead_in(
 ) -> Array:
     """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
 
-    A vehicle that drives with its steering turned away from there leaves the fade by far before it can follow
-    it, and what is linearised about a fade that it cannot follow says nothing about what it can do. Where the
-    time is up before, the last stage is left to the fade.
+    A vehicle whose steering is turned away leaves the fade before it can follow; a linearisation about such a
+    fade says nothing. Where the time is up before, the last stage is left to the fade.
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
     led: list[tuple[float, ...]] = [tuple(state.tolist())]
@@ -170,7 +174,7 @@ def _lead_in(
         here = Pose2(now[X], now[Y], now[PHI]).relative_to(part.pose(now[THETA]))
         gap = _fade_steering(part, target, now[THETA], here, config) - now[DELTA]
         astray = abs(now[V]) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
-        if astray <= config.guesses.astray and (k == 0 or abs(gap) <= limits.steering_rate * length):
+        if astray <= ASTRAY and (k == 0 or abs(gap) <= limits.steering_rate * length):
             break
         a = (d * float(rate[k + 1]) - now[V]) / length
         a = max(min(a, limits.acceleration), -limits.acceleration)
@@ -185,23 +189,17 @@ def _fade_steering(
     part: PathPart, target: Target, theta: float, here: Pose2, config: ControllerConfig
 ) -> float:
     """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
-    d, slope, settings = part.direction, _slope(here.phi, config.guesses), config.guesses
-    fade = min(_fade_length(here.y, settings), max(target.theta - theta, settings.fade_distance))
+    d, slope = part.direction, _slope(here.phi)
+    fade = min(_fade_length(here.y), max(target.theta - theta, FADE_DISTANCE))
     bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
     curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
     steering = atan(config.vehicle.wheelbase * d * curvature)
     return min(max(steering, -config.limits.steering), config.limits.steering)
 
 
-def _fade_length(offset: float, settings: Guesses) -> float:
+def _fade_length(offset: float) -> float:
     """Way over which an offset at the start fades [m]."""
-    return max(settings.fade_distance, sqrt(6.0 * abs(offset) / settings.fade_curvature))
-
-
-def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
-    """Highest speeds (n,) [m/s] of a vehicle that may be too fast, and brakes then."""
-    limits = config.limits
-    return np.maximum(limits.speed, speed - limits.acceleration * elapsed)
+    return max(FADE_DISTANCE, sqrt(6.0 * abs(offset) / FADE_CURVATURE))
 
 
 @kernel
@@ -260,9 +258,9 @@ def _fade(share: float, offset: float, slope: float, reach: float) -> tuple[floa
     return value, offset * 6.0 * t * (1.0 - t) / reach + slope * (3.0 * t - 2.0) * t
 
 
-def _slope(heading: float, settings: Guesses) -> float:
+def _slope(heading: float) -> float:
     """Lateral way per way of a vehicle turned by `heading` [rad] from the path, within what fades."""
-    return tan(min(max(heading, -settings.fade_heading), settings.fade_heading))
+    return tan(min(max(heading, -FADE_HEADING), FADE_HEADING))
 
 
 @inner

@@ -4,7 +4,7 @@ An obstacle is given as a polygon, without a name. One of this cycle is taken to
 whose middle is nearest, if it can have come from there. How fast it moves is what its middle has done over
 the last moments. The plan goes round obstacles that stand; one that moves is waited for.
 
-A static obstacle keeps its outline until one is given that differs from it by more than `Caution.moved`. So
+A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`. So
 another order of obstacles or corners, rounding, and noise of a centimetre change nothing.
 """
 
@@ -18,11 +18,16 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.outline import Shape, checked_shape, corners_of
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array, Index
 
-ROUNDING = 1e-6
-"""Middles of obstacles that are nearer to each other than this are at the same place [m]."""
+MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what differs by less is no change
+OBSERVATION = 0.3  # [s] over which the speed of an obstacle is measured
+CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was stopped drives on
+FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
+JUMP = 0.2  # [m] by which noise may put a middle elsewhere
+FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
+
+ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,25 +60,24 @@ class Obstacle:
         """Whether it would be the same if it were told once more at its place."""
         return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
 
-    def seen_as(self, new: Obstacle, now: float, last: float, config: ControllerConfig) -> Obstacle:
+    def seen_as(self, new: Obstacle, now: float, last: float) -> Obstacle:
         """This obstacle, told at `now` [s] as `new`; it was where it is known to be until `last` [s]."""
-        caution, forgotten = config.caution, config.obstacle_tracking.forgotten
         place = new.seen[-1][1:]
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
-        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= forgotten]
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
         if not known:
             return new
         # The newest of those that are old enough, and all since.
-        old = max((k for k, each in enumerate(known) if now - each[0] >= caution.observation), default=0)
+        old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
         seen = (*known[old:], (now, *place))
         since, x, y = seen[0]
         moved = np.subtract(place, (x, y))
-        displaced = bool(np.hypot(*moved) > caution.moved)
+        displaced = bool(np.hypot(*moved) > MOVED)
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
-        still = not self.moves or (since_when is not None and now - since_when >= caution.clear_time)
+        still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
         moves = displaced or not still
-        seconds = max(now - since, float(np.hypot(*moved)) / config.obstacle_tracking.fastest)
-        kept = not (moves or self.moves) and is_same(self.shape, new.shape, caution.moved)
+        seconds = max(now - since, float(np.hypot(*moved)) / FASTEST)
+        kept = not (moves or self.moves) and is_same(self.shape, new.shape, MOVED)
         return replace(
             new,
             outline=self.outline if kept else new.outline,
@@ -107,7 +111,6 @@ def observed(
     outlines: Sequence[ArrayLike],
     now: float,
     last: float,
-    config: ControllerConfig,
 ) -> tuple[Obstacle, ...]:
     """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
 
@@ -120,8 +123,8 @@ def observed(
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
-    tracking, left = config.obstacle_tracking, [not (k < len(same) and same[k]) for k in range(len(known))]
-    farthest = tracking.fastest * min(now - last, tracking.forgotten) + tracking.jump
+    left = [not (k < len(same) and same[k]) for k in range(len(known))]
+    farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
     middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
     found = []
     for k, obstacle in enumerate(given):
@@ -131,7 +134,7 @@ def observed(
             continue
         left[place] = False
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
-        found.append(known[place].seen_as(here, now, last, config))
+        found.append(known[place].seen_as(here, now, last))
     return tuple(found)
 
 

@@ -18,11 +18,16 @@ import numpy as np
 
 from geometry import PathPart
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
 
-FLAT = 1e-9
-"""Curvatures and their slopes below this are none [1/m], [1/m²]."""
+PATH_SPACING = 0.25  # [m] of the samples along a part, and of the pieces ahead
+LEAST_PIECES = 64  # in which the route ahead is looked at
+MOST_PIECES = 400
+STEERING_DISTANCE = 4.0  # [m] over which a step of the path's curvature is steered: wheels take time
+
+FLAT = 1e-9  # [1/m], [1/m²]; curvatures and their slopes below this are none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,28 +47,27 @@ class Pace:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
+    def ahead(self, theta: float, distance: float) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
-        timing = config.arrival_timing
-        pieces = int(min(max(distance / timing.path_spacing, timing.least_pieces), timing.most_pieces))
+        pieces = int(min(max(distance / PATH_SPACING, LEAST_PIECES), MOST_PIECES))
         return self.at(theta + distance * (np.arange(pieces) + 0.5) / pieces)
 
 
 def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
-    comfort, wheelbase, timing = config.comfort, config.vehicle.wheelbase, config.arrival_timing
-    theta = part.places(timing.path_spacing, least=2)
+    comfort, wheelbase = config.comfort, config.vehicle.wheelbase
+    theta = part.places(PATH_SPACING, least=2)
     count = theta.size - 1
-    width = 2 * round(0.5 * timing.steering_distance / timing.path_spacing) + 1
+    width = 2 * round(0.5 * STEERING_DISTANCE / PATH_SPACING) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
     # In a part of two pieces the way over which it is smoothed would shrink with the part.
-    way = theta if count > 2 else timing.path_spacing * np.arange(count + 1.0)
+    way = theta if count > 2 else PATH_SPACING * np.arange(count + 1.0)
     turning = np.maximum(np.abs(np.gradient(steering, way)), FLAT)
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
     if config.ride == "smooth":
         speed = np.minimum(speed, comfort.steering_rate / turning)
     if room is not None:
-        speed = np.minimum(speed, timing.planned_share * room.speed_at(theta))
+        speed = np.minimum(speed, PLANNED_SHARE * room.speed_at(theta))
     return Pace(theta=theta, speed=speed, room=room)

@@ -5,7 +5,7 @@ measurement, which is believed as far as it is no noise (`estimation.vehicle_fil
 measurement that cannot be (not finite, no vehicle's), that has not changed although the vehicle must have
 moved, or that is farther off than the vehicle can be. What is believed is then reckoned from the commands.
 It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set down elsewhere,
-once it has agreed with itself for `Plausibility.confirmation` while the vehicle stands. A steering that
+once it has agreed with itself for `CONFIRMATION` while the vehicle stands. A steering that
 moves otherwise than commanded is found out in the same way, and is given as much time. A measurement that
 stays the same to the last bit may be an old one, or that of a vehicle that cannot move, told in round
 numbers: once the vehicle must stand, it is tried again, but not for ever.
@@ -27,6 +27,22 @@ from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
+
+FROZEN_DISTANCE = 0.2  # [m] that the vehicle must have moved for an unchanged measurement to be an old one
+FROZEN_SPEED = 0.3  # [m/s], the same for its speed
+STEERING_GAP = 0.2  # [rad] by which the steering may move otherwise than commanded within STEERING_TIME
+STEERING_TIME = 1.0  # [s]
+CONFIRMATION = 3.0  # [s] for which a standing vehicle has to be measured in the same place to be there
+FROZEN_TRIES = 3
+"""So often a frozen measurement of a standing vehicle is trusted once more, each time after twice the
+time."""
+REST_SPEED = 0.05  # [m/s]; a vehicle measured slower stands, as far as a doubted measurement can say
+MODEL_MISMATCH = 0.3  # of what a vehicle can do in the meantime: so wrong may its model be
+LONGEST_GAP = 1.0  # [s] without a cycle, after which a measurement is taken as it is
+FARTHEST = 1e10  # [m]; coordinates beyond this are no places on earth
+LARGEST_HEADING = 1e4  # [rad]; headings beyond this have lost their precision
+LARGEST_STEERING = 1.5  # [rad]
+SPEED_SHARE = 3.0  # times the speed limit: no speed is beyond that
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,15 +81,14 @@ class StateMonitor:
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
-        """The measurement (6,) as far as it may hold a command back: NaN where it may not; None without any.
+        """The measurement (6,) as far as it may hold a command back, NaN where not; None without any.
 
-        Measurements that have contradicted one another for longer than a plan is driven on blindly must not
-        keep a vehicle from braking that is believed to move.
+        Measurements that contradict one another for long must not keep a moving vehicle from braking.
         """
         if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
         checks = config.plausibility
-        if abs(float(self.state[V])) <= checks.rest_speed or self.at - self.odd_since <= checks.blind:
+        if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= checks.blind:
             return self.measured
         heeded = self.measured.copy()
         heeded[V] = np.nan
@@ -94,16 +109,13 @@ def validate_measurement(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> StateMonitor:
-    """What to believe at `now` [s] after one more measurement.
-
-    `queue`: the commands since the last cycle; `disturbance`: what is known to act beside them.
-    """
+    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
     measured = _array(given)
     problem = _unfit(measured, config)
     if problem:
         problem = _no_state(given) or problem
-    seconds, checks = now - last.at, config.plausibility
-    anew = last.gap or seconds > checks.longest_gap
+    seconds = now - last.at
+    anew = last.gap or seconds > LONGEST_GAP
     if last.state is None or last.measured is None or last.reckoned is None or anew:
         return _first(last, measured, problem, queue, now, config, disturbance)
 
@@ -113,17 +125,17 @@ def validate_measurement(
     expected = rolled(last.state)
     same = not problem and measured.tolist() == last.measured.tolist()
     reckoned = rolled(last.reckoned) if same else measured
-    frozen = _frozen(measured, reckoned, config) if same else ""
+    frozen = _frozen(measured, reckoned) if same else ""
     problem = problem or frozen or _far(measured, expected, seconds, config)
-    gap, fault = last.steering_gap * exp(-seconds / checks.steering_time), ""
+    gap, fault = last.steering_gap * exp(-seconds / STEERING_TIME), ""
     follows = expected if last.why else rolled(last.measured)
     if not problem:
         gap += float(measured[DELTA] - follows[DELTA])
-        problem = fault = _steering_fault(gap, last, config)
+        problem = fault = _steering_fault(gap, last)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
-    agrees = problem and alike and abs(float(measured[V])) <= checks.rest_speed
+    agrees = problem and alike and abs(float(measured[V])) <= REST_SPEED
     if frozen:
-        agrees = agrees and last.tries < checks.frozen_tries and abs(float(reckoned[V])) <= checks.rest_speed
+        agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= REST_SPEED
     state, noise = measured, last.noise.broken()
     if problem and not fault:
         state = _believed(measured, expected, reckoned if frozen else None, config)
@@ -148,7 +160,7 @@ def validate_measurement(
         noise=noise,
     )
     since = monitor.agrees_since
-    if since is None or now - since < checks.confirmation * 2**monitor.tries:
+    if since is None or now - since < CONFIRMATION * 2**monitor.tries:
         return monitor
     tries = monitor.tries + bool(frozen)
     return replace(
@@ -182,7 +194,7 @@ def _first(
     since = last.since if last.why else now
     state = last.state
     if state is not None:
-        until = min(now, last.at + config.plausibility.longest_gap)
+        until = min(now, last.at + LONGEST_GAP)
         state = by_commands(state, queue, last.at, until, config, disturbance)
     return replace(
         last,
@@ -242,32 +254,28 @@ def by_commands(
 def _unfit(state: Array, config: ControllerConfig) -> str:
     """Why this is no state of a vehicle, or ""."""
     x, y, phi, v, delta, _ = state.tolist()
-    finite, checks = all(map(isfinite, (x, y, phi, v, delta))), config.plausibility
-    placed = max(abs(x), abs(y)) <= checks.farthest and abs(phi) <= checks.largest_heading
-    moving = abs(v) <= checks.speed_share * config.limits.speed
-    if finite and placed and moving and abs(delta) <= checks.largest_steering:
+    finite = all(map(isfinite, (x, y, phi, v, delta)))
+    placed = max(abs(x), abs(y)) <= FARTHEST and abs(phi) <= LARGEST_HEADING
+    moving = abs(v) <= SPEED_SHARE * config.limits.speed
+    if finite and placed and moving and abs(delta) <= LARGEST_STEERING:
         return ""
     given = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
     return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {given}"
 
 
-def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
+def _frozen(measured: Array, reckoned: Array) -> str:
     """Why this measurement must be an old one, or ""."""
-    limits = config.plausibility
     distance = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
-    if distance <= limits.frozen_distance and abs(float(measured[V] - reckoned[V])) <= limits.frozen_speed:
+    if distance <= FROZEN_DISTANCE and abs(float(measured[V] - reckoned[V])) <= FROZEN_SPEED:
         return ""
     return f"the measured state does not change, by its commands the vehicle is {distance:.2f} m further"
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
-    """Why the vehicle cannot have come from the expected state to this one, or "".
-
-    After lost cycles nobody knows whether it has followed its commands: a watchdog may have braked it.
-    """
+    """Why the vehicle cannot have come from the expected state to this one, or ""."""
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
-    share = 1.0 if seconds > config.longest_cycle else allowed.model_mismatch
+    share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH
     distance = share * speed * seconds
     x, y, phi, v, delta, _ = (measured - expected).tolist()
     jumps = (
@@ -289,11 +297,11 @@ def _alike(
     return not _far(measured, rolled(before), seconds, config)
 
 
-def _steering_fault(gap: float, last: StateMonitor, config: ControllerConfig) -> str:
+def _steering_fault(gap: float, last: StateMonitor) -> str:
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
     if last.steering_fault:
         return last.why
-    if abs(gap) > config.plausibility.steering_gap:
+    if abs(gap) > STEERING_GAP:
         return f"the steering does not follow its commands: {gap:+.2f} rad off"
     return ""
 

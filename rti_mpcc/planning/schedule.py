@@ -10,30 +10,37 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, A, V
-from rti_mpcc.planning.arrival import arrival_time, time_along, within_reach
+from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time, time_along, within_reach
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import FLAT
-from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.state import MOVING_SPEED, Arrival, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.types import Trajectory
 
-SOON = 1.0
-"""A plan that drives on does so within this [s]."""
+LATE_REACH = 2.0  # [m] from its target: nearer, an arrival keeps its time
+HURRY_FROM = 0.03  # of its time: a plan that lacks more in comfort gets more
+HURRY = 0.2  # of its time that a plan lacks, for a second more each second
+SLACK = 0.9  # of its time: a plan that needs less in comfort, and has more than its route takes, gets less
+CATCHING_UP = 0.5  # [s] each second, at most
+TARGET_MOVED = 0.1  # [m]; a target that has moved by more is a new arrival
+KEPT_SHARE = 0.5  # of what the route takes: with less an arrival has too little time, or the vehicle is slow
+DUE_SHARE = 0.8  # of the tolerance, for a braked stop that ends an arrival that is due
+
+SOON = 1.0  # [s] within which a plan that drives on does so
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """Choose between contouring and a planned arrival, for a vehicle about to begin one.
+    """Choose between contouring and a planned arrival, for a vehicle about to start one.
 
-    A search that ran out of time goes on with what it was for, unless the target has moved since. While the
-    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
-    left may take longer than was thought: one that is far too short gets the time that it takes.
+    A search that ran out of time is resumed unless the target has moved. At rest its plan just starts later;
+    on the move an arrival that is far too short gets the time that it takes.
     """
-    begun, pose, timing = s.plans.suspended, context.target.pose, config.arrival_timing
-    if begun is not None and apart(begun.target.pose, pose) <= timing.target_moved:
+    begun, pose = s.plans.suspended, context.target.pose
+    if begun is not None and apart(begun.target.pose, pose) <= TARGET_MOVED:
         if s.is_stationary:
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
             duration = _duration(context, config)
-            if _too_short(begun.arrival, duration, context, config):
+            if begun.arrival.at - context.begin < KEPT_SHARE * duration:
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
         return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
@@ -47,22 +54,21 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, lost cycles, or was held up gets the time again that its way takes; otherwise the
-    time follows the plan (`_followed`).
+    After a halt or lost cycles, or held up, it gets the time that its route takes; else `_followed`.
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
         return s
     assert arrival is not None
-    begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
-    moved = apart(arrival.timed_for, pose) > timing.target_moved
+    begin, pose = context.begin, context.target.pose
+    moved = apart(arrival.timed_for, pose) > TARGET_MOVED
     lost = bool(s.queue) and begin - s.queue[-1].begins > config.longest_cycle
-    lost = lost or _held_up(s, context, config)
+    lost = lost or _held_up(s, context)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
-    elif arrival.at >= begin + timing.least_time:
+    elif arrival.at >= begin + LEAST_TIME:
         at = _followed(arrival.at, s.plans.driven, context, config)
         if at > arrival.at:
             at = min(at, max(arrival.at, begin + longest_arrival(context, config)))
@@ -71,7 +77,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
         later = replace(arrival, at=at, overdue_since=None)
     else:
         since = context.now if arrival.overdue_since is None else arrival.overdue_since
-        later = replace(arrival, at=begin + timing.least_time, overdue_since=since)
+        later = replace(arrival, at=begin + LEAST_TIME, overdue_since=since)
     return replace(s, task=replace(s.task, arrival=later))
 
 
@@ -104,20 +110,18 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.distance <= needed
 
 
-def _held_up(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a vehicle that is not near its target yet stands although its plan drives on: it is held from
-    outside, and must not make up for it."""
+def _held_up(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether a vehicle far from its target stands although its plan drives on: it is held from outside."""
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
     soon = int(np.searchsorted(plan.times, context.begin + SOON))
-    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > config.behaviour.moving_speed
-    return drives and context.distance > config.arrival_timing.late_reach
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > MOVING_SPEED
+    return drives and context.distance > LATE_REACH
 
 
 def longest_arrival(context: PlanningContext, config: ControllerConfig) -> float:
-    """Time [s] that an arrival from here may take and be believed: twice what it takes from rest, all along
-    at the lowest pace of the segment."""
+    """Time [s] that an arrival may take: twice that from rest, at the lowest pace of the segment."""
     distance, lowest = context.distance, float(context.pace.speed.min())
     return 2.0 * (arrival_time(distance, 0.0, config) + distance / lowest)
 
@@ -138,7 +142,7 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
 def _duration(context: PlanningContext, config: ControllerConfig, *, calm: bool = False) -> float:
     """What the arrival takes from here [s]; calm: that of a smooth ride."""
     distance = context.distance
-    highest = context.pace.ahead(float(context.state[THETA]), distance, config)
+    highest = context.pace.ahead(float(context.state[THETA]), distance)
     return arrival_time(distance, context.speed, config, highest, calm=calm)
 
 
@@ -147,21 +151,18 @@ def _followed(
 ) -> float:
     """The time of an arrival [s] that was planned for `at`, after a cycle of the plan that is driven.
 
-    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Later by a second each second
-    at most: the time to go stands still then.
-
-    A vehicle that is slow for its way, and for the room that it has, may not get on at all, and one that is
-    near may be beside its target: their arrivals are to be overdue some time, and keep their time.
+    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Slow for its route, or near
+    its target, a vehicle may not get on at all: its arrival keeps its time, and is overdue some time.
     """
-    distance, timing = context.distance, config.arrival_timing
-    if plan is None or distance <= timing.late_reach:
+    distance = context.distance
+    if plan is None or distance <= LATE_REACH:
         return at
     highest = float(context.pace.at(context.state[THETA]))
     usual = min(distance / arrival_time(distance, context.speed, config), highest)
-    if context.speed < timing.kept_share * usual:
+    if context.speed < KEPT_SHARE * usual:
         return at
     change = _change(at - context.begin, plan, context, config)
-    return at + config.cycle * min(max(change, -timing.catching_up), 1.0)
+    return at + config.cycle * min(max(change, -CATCHING_UP), 1.0)
 
 
 def _change(left: float, plan: Trajectory, context: PlanningContext, config: ControllerConfig) -> float:
@@ -171,20 +172,20 @@ def _change(left: float, plan: Trajectory, context: PlanningContext, config: Con
     way takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more where its
     plan misses the target for want of time, but no more than a smooth one takes.
     """
-    timing, factor = config.arrival_timing, pressed(plan, config)
-    if factor > 1.0 + timing.hurry_from:
-        return (factor - 1.0) / timing.hurry
+    factor = pressed(plan, config)
+    if factor > 1.0 + HURRY_FROM:
+        return (factor - 1.0) / HURRY
     if config.ride == "brisk":
-        share = config.behaviour.due_share
+        share = DUE_SHARE
         if not context.reached_by(plan, share) and left < _duration(context, config, calm=True):
             return 1.0
         ramp = config.arrival_acceleration / config.comfort.jerk
         late = ramp - (left - own_time(plan, context.speed, config))
         if late > 0.0:
-            return late / timing.hurry
-        return late if context.reached_by(plan, timing.slack * share) else 0.0
-    if factor < timing.slack and timing.slack * left > _duration(context, config):
-        return (factor / timing.slack - 1.0) / timing.hurry
+            return late / HURRY
+        return late if context.reached_by(plan, SLACK * share) else 0.0
+    if factor < SLACK and SLACK * left > _duration(context, config):
+        return (factor / SLACK - 1.0) / HURRY
     return 0.0
 
 
@@ -200,20 +201,12 @@ def own_time(plan: Trajectory, speed: float, config: ControllerConfig) -> float:
 
 
 def pressed(plan: Trajectory, config: ControllerConfig) -> float:
-    """So many times as long a plan would take to keep to comfort, driven the same way.
-
-    In f times the time it has 1/f² times the accelerations, and 1/f times the steering rates.
-    """
+    """Factor f on its time by which a plan keeps to comfort: accelerations go with 1/f², rates with 1/f."""
     comfort, controls, states = config.comfort, np.abs(plan.controls), plan.states
     lateral = np.abs(states[:, V] ** 2 * np.tan(states[:, DELTA])).max() / config.vehicle.wheelbase
     along = float(controls[:, A].max()) / comfort.acceleration
     across = float(lateral) / comfort.lateral_acceleration
     return max(sqrt(along), sqrt(across), float(controls[:, DELTA_DOT].max()) / comfort.steering_rate)
-
-
-def _too_short(arrival: Arrival, needed: float, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether far less time is left to an arrival than is `needed` [s]."""
-    return arrival.at - context.begin < config.arrival_timing.kept_share * needed
 
 
 def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:

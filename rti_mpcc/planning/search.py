@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot, inf
+from math import hypot, inf, radians
 
 import numpy as np
 
@@ -22,6 +22,21 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
+
+ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
+FIRST_ITERATIONS = 3  # from a first guess on, at least; or two, if the second moved the plan < SETTLED
+SETTLED = 0.02  # [m] for each second ahead
+UNSOLVED = 2  # QPs that may remain unsolved from a first guess on
+FIRST_PATIENCE = 10  # times the configured iterations of a QP, from a first guess on
+CLEAN_PATIENCE = 3  # the same once more from a clean start
+FIRST_DAMPING = 1e-2  # on the change, from a first guess on (docs/decisions/05-damping-and-curvature.md)
+DAMPING = 1e-4  # from cycle to cycle, once it has come down to that
+DAMPING_SHARE = 0.5  # of the last damping, until then
+CHECKED_SPAN = 2.0  # [s] at the start of a plan over which it has to obey the dynamics,
+POSITION_DEFECT = 0.05  # [m]: with at most this error
+HEADING_DEFECT = radians(2.0)  # [rad]
+INPUT_EXCESS = 0.02  # of an input limit, by which a solver's answer may pass it before it is cut
+BLOCKED_SLACK = 0.3  # [m] of slack on top of the vehicle's own: a plan with more goes through something
 
 NO_TIME = "the deadline left no time for an iteration"
 
@@ -95,34 +110,31 @@ class InitialIterate:
     unsolved: int = 1
 
 
-def going_on(solution: Solution | None, config: ControllerConfig) -> InitialIterate:
+def going_on(solution: Solution | None) -> InitialIterate:
     """One iteration a cycle, more while there is a problem. What a first guess is damped by fades."""
-    settings, damping = config.search, config.search.damping
+    damping = DAMPING
     if solution is not None:
-        damping = max(damping, settings.damping_share * solution.damping)
-    return InitialIterate(last=solution, most=settings.iterations, damping=damping)
+        damping = max(damping, DAMPING_SHARE * solution.damping)
+    return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
 
 def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return replace(
-        going_on(None, config), guess=plan, steps=config.solver.retry, patience=config.search.clean_patience
-    )
+    return replace(going_on(None), guess=plan, steps=config.solver.retry, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     """The first plan of an objective."""
-    settings = config.search
     return InitialIterate(
         guess=guess,
         first=True,
-        least=settings.first_iterations,
-        settled=settings.settled,
-        most=settings.iterations,
-        damping=settings.first_damping,
+        least=FIRST_ITERATIONS,
+        settled=SETTLED,
+        most=ITERATIONS,
+        damping=FIRST_DAMPING,
         steps=config.solver.cold,
-        patience=settings.first_patience,
-        unsolved=settings.unsolved,
+        patience=FIRST_PATIENCE,
+        unsolved=UNSOLVED,
     )
 
 
@@ -130,11 +142,6 @@ def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
     begun = from_guess(attempt.plan, config)
     return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
-
-
-def nearer(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
-    """At most as many iterations more, for a plan that does not reach its target yet."""
-    return replace(further(attempt, config), least=1, reaching=True)
 
 
 def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
@@ -241,12 +248,10 @@ def _iterate(
 def suspended(
     s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
 ) -> ControllerState:
-    """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
+    """Keep a search that ran out of time for the next cycle.
 
-    After a QP that was not solved it begins at the first guess again: on from a plan past something that is
-    gone meanwhile it may not come to an end.
-
-    `done`: iterations before those of the attempt, where no search is known that it goes on with.
+    After a QP that was not solved it starts at the first guess again: what was in the way may be gone.
+    `done`: iterations before those of the attempt, where no search is known that it resumes.
     """
     if not attempt.out_of_time:
         return s.suspending(None)
@@ -287,7 +292,7 @@ def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) ->
 def _corridor_infeasible(
     solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
 ) -> bool:
-    if float(solution.slack.max()) > config.search.blocked_slack:
+    if float(solution.slack.max()) > BLOCKED_SLACK:
         return True
     end, (position, heading) = solution.trajectory.states[-1], config.weights.goal_clip
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
@@ -300,35 +305,28 @@ def rejection_reason(
     disturbance: Disturbance = UNDISTURBED,
     longest: float = inf,
 ) -> str:
-    """Why a solution must not be driven, or "".
-
-    Args:
-        disturbance: what acts beside its commands; longest: time that its plan may take [s].
-    """
+    """Why a solution must not be driven, or ""; `longest`: time that its plan may take [s]."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
-    plan, limits, settings = solution.trajectory, config.limits, config.search
+    plan, limits = solution.trajectory, config.limits
     if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
         return "the plan is not finite"
     a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
-    most = 1.0 + settings.input_excess
+    most = 1.0 + INPUT_EXCESS
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
     slack = float(solution.slack.max())
-    if slack > settings.blocked_slack + float(solution.slack[0]):
+    if slack > BLOCKED_SLACK + float(solution.slack[0]):
         return f"the plan leaves the corridor by {slack:.2f} m"
     position, heading = defect(plan, config)
-    if position > settings.position_defect or heading > settings.heading_defect:
+    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
         return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
     return _far_ahead(plan, config, disturbance, longest)
 
 
 def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturbance, longest: float) -> str:
-    """Why a plan whose begin may be driven is not to be believed for what lies ahead, or "".
-
-    A vehicle that begins beyond a limit comes back into it.
-    """
-    limits, settings, most = config.limits, config.search, 1.0 + config.search.input_excess
+    """Why what a plan does far ahead is not to be believed, or ""; beyond a limit it may come back."""
+    limits, most = config.limits, 1.0 + INPUT_EXCESS
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
         return f"the plan takes {seconds:.0f} s, at most {longest:.0f} s are believed"
@@ -340,14 +338,14 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
     share = disturbance.gain * limits.acceleration + abs(disturbance.acceleration)
     if a > most * share or rate > most * limits.steering_rate:
         return f"the plan leaves the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
-    if position > settings.position_defect or heading > settings.heading_defect:
+    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
         return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
     return ""
 
 
 def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:
-    """Errors [m], [rad] that a plan's first `Search.checked_span` adds up to against the dynamics."""
+    """Errors [m], [rad] that a plan's first `CHECKED_SPAN` adds up to against the dynamics."""
     times = plan.times
-    stages = int(np.searchsorted(times, times[0] + config.search.checked_span))
+    stages = int(np.searchsorted(times, times[0] + CHECKED_SPAN))
     lengths = np.diff(times[: min(max(stages, 1), len(plan.controls)) + 1])
     return defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)

@@ -1,4 +1,4 @@
-"""From a measurement to the situation that a cycle plans in."""
+"""From a measurement to the situation that a cycle plans in, and to what acts beside the commands."""
 
 from __future__ import annotations
 
@@ -7,18 +7,25 @@ from math import copysign, hypot, pi
 
 import numpy as np
 
+from estimation import DisturbanceEstimate
+from estimation.disturbance import Motion, first_estimate, unseated, updated
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
-from rti_mpcc.model.layout import PHI, THETA, V, X, Y
+from rti_mpcc.model.delay import mean_acceleration
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.planning.plausibility import by_commands
+from rti_mpcc.planning.plausibility import StateMonitor, by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
+
+OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
+PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
@@ -31,7 +38,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
-    _place_on_route(start, s.begin, part, config.plausibility.progress_step)
+    _place_on_route(start, s.begin, part)
     return start
 
 
@@ -50,7 +57,8 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    along, distance = way_left(here, theta, on_path, part, target, config.arrival_timing.passed_distance)
+    along, distance = way_left(here, theta, on_path, part, target)
+    off = hypot(here.x - on_path.x, here.y - on_path.y)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
@@ -58,7 +66,7 @@ def context_of(
         state=reached,
         acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
-        doubt=monitor.why or _off_the_path(here, on_path, config.plausibility.off_path),
+        doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
@@ -75,17 +83,10 @@ def context_of(
     )
 
 
-def _off_the_path(here: Pose2, path: Pose2, most: float) -> str:
-    """Why the path cannot be come back to, being more than `most` [m] away, or ""."""
-    distance = hypot(here.x - path.x, here.y - path.y)
-    return f"{distance:.4g} m off the path" if distance > most else ""
-
-
-def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: float) -> None:
+def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     """Give the state its progress and the branch of its heading, both nearest to the last ones.
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
-    `reach`: how far it may move [m].
     """
     x, y, phi, *_ = reached.tolist()
     if last is None:
@@ -93,7 +94,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
         heading = part.pose(theta).phi
     else:
         near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=reach)
+        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
         heading = float(last[PHI])
     if theta <= part.start:
         theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
@@ -102,18 +103,18 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
 
 
 def way_left(
-    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
+    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target
 ) -> tuple[float, float]:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
     Along the path, straight on behind its end, negative where the target was passed; and with the way across
-    to the target's offset, 0 where it was passed by more than `passed` [m].
+    to the target's offset, 0 where it was passed by more than `PASSED_DISTANCE`.
     """
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
     distance = hypot(along, across)
-    return along, distance if along > 0.0 or distance < passed else 0.0
+    return along, distance if along > 0.0 or distance < PASSED_DISTANCE else 0.0
 
 
 def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
@@ -122,3 +123,32 @@ def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     control = (-copysign(most, speed), 0.0, 0.0)
     stopped = step_one(state, control, abs(speed) / most, config.vehicle.wheelbase)
     return Pose2(stopped[X], stopped[Y], stopped[PHI])
+
+
+def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
+    """The estimate after this cycle's measurement: nothing is learnt from one whose speed is doubted.
+
+    A vehicle that is measured elsewhere than it should be is braked until it stands: what acts beside its
+    commands by then may be something else than before.
+
+    `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
+    """
+    if monitor.measured is None or not config.disturbance.enabled:
+        return s.vehicle.offsets
+    before = s.vehicle.offsets or first_estimate(config.disturbance)
+    if monitor.found or (monitor.why and not _moves_as_measured(monitor)):
+        return unseated(before)
+    state, now = monitor.measured, monitor.at
+    if before.at is not None and now - before.at > config.longest_cycle:
+        before = unseated(before)  # a watchdog may have driven
+    asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
+    motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
+    return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
+
+
+def _moves_as_measured(monitor: StateMonitor) -> bool:
+    """Whether of a doubted measurement the place is doubted alone."""
+    measured, state = monitor.measured, monitor.state
+    if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
+        return False
+    return monitor.reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())

@@ -19,12 +19,14 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.agenda import Agenda
-from rti_mpcc.planning.goals import GoalFit
+from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
+
+STANDSTILL_SPEED = 0.02  # [m/s]; a slower vehicle stands
+MOVING_SPEED = 0.04  # [m/s]; a vehicle that stands is measured faster before it moves: noise is no motion
 
 
 class Phase(Enum):
@@ -38,17 +40,6 @@ class Phase(Enum):
     STALLED = "stalled"
     PLANNING = "planning"
     WAITING = "waiting"
-
-
-class Candidate(Enum):
-    """What a first plan may be, in the order in which it is looked for."""
-
-    ONWARD = "onward to the target, from a guess along the path"
-    ANOTHER_WAY = (
-        "from rest, where that is not clear, or misses the goal by more than `Retries.accepted_miss` of its "
-        "tolerance: another way, planned from here, unless there is none"
-    )
-    STOP_BEFORE = "a stop before what fills the way; from there another way is planned"
 
 
 DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
@@ -89,11 +80,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stall:
-    """What a vehicle stood before when it had no tries left.
-
-    Attributes:
-        target: what it was to end in; obstacles: those that stood around it.
-    """
+    """What a stalled vehicle was to end in, and the obstacles that stood around it."""
 
     target: Target
     obstacles: tuple[Obstacle, ...]
@@ -119,11 +106,6 @@ class SuspendedSearch:
     arrival: Arrival | None
     begin: float
     unsolved: int = 0
-
-    @property
-    def candidates(self) -> tuple[Candidate, ...]:
-        """What is still to be tried, beginning with what it is for: on the way to a stop nothing else."""
-        return tuple(Candidate) if self.segment.stop is None else (Candidate.ONWARD,)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -262,10 +244,6 @@ class Task:
     def begun(cls, segments: Segments) -> Task:
         """At the begin of the first of these segments."""
         return cls(segments=segments, final=segments[0].begins_final)
-
-    def onto(self, segments: Segments) -> Task:
-        """The same task on other segments."""
-        return replace(self, segments=segments, final=segments[0].begins_final)
 
     @property
     def segment(self) -> Segment:

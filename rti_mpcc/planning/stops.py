@@ -5,35 +5,41 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
-from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.schedule import apart
+from rti_mpcc.planning.obstacles import CLEAR_TIME
+from rti_mpcc.planning.schedule import TARGET_MOVED, apart
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
 
+CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
+REPLAN_INTERVAL = 0.5  # [s] between two looks whether the route is clear again, or whether there is a plan
+SEEN_SHARE = 0.5  # of a cruise's plan up to which an obstacle counts: it ends in mid-way
+PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
 
-def halted(halt: Halt | None, distance: float, needed: float, now: float, caution: Caution) -> Halt | None:
+
+def halted(halt: Halt | None, distance: float, needed: float, now: float) -> Halt | None:
     """Whether the vehicle brakes, or stands, for what its plan meets after `distance` [m] (inf: nothing).
 
     It does so from when that is within what is `needed` to stop [m], until its way was clear of that, and
-    `clear_distance` more, for `clear_time`.
+    `CLEAR_DISTANCE` more, for `CLEAR_TIME`.
     """
     if distance <= needed:
         return Halt()
     if halt is None:
         return None
-    if distance <= needed + caution.clear_distance:
+    if distance <= needed + CLEAR_DISTANCE:
         return Halt()
     since = now if halt.clear_since is None else halt.clear_since
-    return None if now - since >= caution.clear_time else replace(halt, clear_since=since)
+    return None if now - since >= CLEAR_TIME else replace(halt, clear_since=since)
 
 
-def is_old(s: ControllerState, config: ControllerConfig) -> bool:
+def is_old(s: ControllerState) -> bool:
     """Whether the plan being driven has to be iterated before the search for another one goes on."""
     accepted = s.plans.accepted_at
     if s.plans.suspended is None or s.task.halt is not None or accepted is None:
         return False
-    return s.now - accepted > config.search.plan_age
+    return s.now - accepted > PLAN_AGE
 
 
 def unconfirmed(s: ControllerState) -> bool:
@@ -71,7 +77,7 @@ def in_view(s: ControllerState, context: PlanningContext, config: ControllerConf
     lacking = max(config.cruise_speed - context.speed, 0.0)
     still_lacking = max(lacking - comfort * horizon, 0.0)
     way = horizon * config.cruise_speed - 0.5 * (lacking**2 - still_lacking**2) / comfort
-    return float(context.state[THETA]) + config.search.seen_share * way
+    return float(context.state[THETA]) + SEEN_SHARE * way
 
 
 def looked(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
@@ -81,11 +87,11 @@ def looked(s: ControllerState, context: PlanningContext, config: ControllerConfi
     return replace(s, plans=replace(s.plans, seen_to=seen_to))
 
 
-def way_may_be_free(s: ControllerState, config: ControllerConfig) -> bool:
+def way_may_be_free(s: ControllerState) -> bool:
     """Whether it is worth looking again if something still fills the way."""
     stop, goal = s.task.stop, s.goal.pose
-    if stop is None or s.now - stop.since < config.retries.replan_interval:
+    if stop is None or s.now - stop.since < REPLAN_INTERVAL:
         return False
-    before, most = stop.goal, config.arrival_timing.target_moved
-    elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > most
+    before = stop.goal
+    elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > TARGET_MOVED
     return elsewhere or stop.obstacles != s.area.changes

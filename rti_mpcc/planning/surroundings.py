@@ -16,6 +16,8 @@ from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
 from rti_mpcc.types import Array
 
+GOAL_REACH = 20.0  # [m] from the path's last part: a goal beyond it is taken for a mistake
+
 _log = logging.getLogger(__name__)
 
 
@@ -94,13 +96,13 @@ class Surroundings:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)
 
-    def updated(self, outlines: Sequence[ArrayLike], now: float, config: ControllerConfig) -> Surroundings:
+    def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
         """With the obstacles told at `now` [s].
 
         Raises:
             CorridorError: one that is no simple polygon.
         """
-        obstacles = observed(self.obstacles, outlines, now, self.given_at, config)
+        obstacles = observed(self.obstacles, outlines, now, self.given_at)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]
@@ -128,7 +130,7 @@ def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig
         CorridorError: the boundaries do not enclose the path.
     """
     vehicle = config.vehicle
-    return area_of(corridor, path, beyond=config.goal_limits.reach + 2.0 * (vehicle.front + vehicle.rear))
+    return area_of(corridor, path, beyond=GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear))
 
 
 def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:

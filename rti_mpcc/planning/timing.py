@@ -18,13 +18,16 @@ from geometry import PathPart, Pose2, ReferencePath
 from geometry.doors import door
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import ConfigError
+from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import arrival_time, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import way_left
 
-MOST_STEPS = 20_000
-"""Of a cruise that is driven in thought: what takes longer than that does not come to its end."""
+SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
+CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
+
+MOST_STEPS = 20_000  # of a cruise that is driven in thought: a longer one does not come to its end
 
 
 @door()
@@ -72,7 +75,7 @@ def config_for_docking_time(
 
     # Under a speed limit, gentler may be a little sooner: only one side of the present settings is searched.
     fastest, usual = sqrt(config.limits.acceleration / config.comfort_acceleration), time(1.0)
-    slowest = config.arrival_timing.slowest
+    slowest = SLOWEST
     least, most = (slowest, 1.0) if seconds >= usual else (1.0, fastest)
     if not time(most) <= seconds <= time(least):
         takes = (time(slowest), usual, time(fastest))
@@ -103,9 +106,9 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
-    pace, timing, step = pace_of(part, config), config.arrival_timing, config.arrival_timing.cruise_step
-    along, left = way_left(part.first, part.start, part.first, part, target, timing.passed_distance)
-    if along < -timing.passed_distance:
+    pace, step = pace_of(part, config), CRUISE_STEP
+    along, left = way_left(part.first, part.start, part.first, part, target)
+    if along < -PASSED_DISTANCE:
         return inf
     begin, time, speed = part.start, config.dead_time, 0.0
     most = config.dead_time + MOST_STEPS * step
@@ -117,7 +120,7 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
         highest = float(pace.at(np.array([begin]))[0])
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step
-    highest_ahead = pace.ahead(begin, left, config)
+    highest_ahead = pace.ahead(begin, left)
     return time + arrival_time(left, speed, config, highest_ahead)
 
 

@@ -16,11 +16,15 @@ from numpy.typing import ArrayLike
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
 from geometry import Pose2, ReferencePath, RtiMpccError
-from rti_mpcc.config import ControllerConfig, Plausibility
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning import goals
+from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
 from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
+
+STOOD_CYCLES = 3  # after which a clock that has not moved stands still
+LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
 
 
 def goal_in(
@@ -37,7 +41,7 @@ def goal_in(
     """
     taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
-        came, refusal = _pose(given, config.plausibility)
+        came, refusal = _pose(given)
         goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
         if came != known.given:
             known = replace(known, given=came)
@@ -55,12 +59,12 @@ def goal_in(
     return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
-def usable_goal(given: Pose2, config: ControllerConfig) -> Pose2 | None:
+def usable_goal(given: Pose2) -> Pose2 | None:
     """A goal as a pose that a way can be planned to, or None; whether there is one is found out then."""
-    return _pose(given, config.plausibility)[0]
+    return _pose(given)[0]
 
 
-def _pose(given: Pose2, checks: Plausibility) -> tuple[Pose2 | None, str]:
+def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
     """A goal as a pose to work with, or None, and why it is none."""
     try:
         x, y, phi = given.x, given.y, given.phi
@@ -69,12 +73,10 @@ def _pose(given: Pose2, checks: Plausibility) -> tuple[Pose2 | None, str]:
     if not _all_finite(x, y, phi):
         return None, f"goal ({x}, {y}, {phi}) not finite"
     goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
-    if max(abs(x), abs(y)) > checks.farthest:
-        most = checks.farthest
-        return None, f"goal {_text(goal)} out of reach, coordinates at most {most:g} m"
-    if abs(phi) > checks.largest_heading:
-        most = checks.largest_heading
-        return None, f"goal {_text(goal)} out of reach, heading at most {most:g} rad"
+    if max(abs(x), abs(y)) > FARTHEST:
+        return None, f"goal {_text(goal)} out of reach, coordinates at most {FARTHEST:g} m"
+    if abs(phi) > LARGEST_HEADING:
+        return None, f"goal {_text(goal)} out of reach, heading at most {LARGEST_HEADING:g} rad"
     return goal, ""
 
 
@@ -82,23 +84,21 @@ def _text(goal: Pose2) -> str:
     return f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
 
 
-def surroundings_in(
-    known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, config: ControllerConfig
-) -> Surroundings:
+def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float) -> Surroundings:
     """The surroundings with these obstacles at `now` [s]; where they cannot be used, as known, and why."""
     if obstacles is None:
         return known
     try:
-        outlines, problem = _outlines(obstacles, config.plausibility.farthest)
+        outlines, problem = _outlines(obstacles)
         if not problem:
-            return known.updated(outlines, now, config)
+            return known.updated(outlines, now)
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         problem = f"obstacles not readable: {_line(error)}"
     return replace(known, unreadable=problem)
 
 
-def _outlines(obstacles: Sequence[ArrayLike], farthest: float) -> tuple[list[Array], str]:
-    """The obstacles as arrays, with coordinates of at most `farthest` [m], and why they are none, or ""."""
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
+    """The obstacles as arrays, with coordinates of at most `FARTHEST`, and why they are none, or ""."""
     outlines: list[Array] = []
     try:
         given = list(obstacles)
@@ -109,21 +109,21 @@ def _outlines(obstacles: Sequence[ArrayLike], farthest: float) -> tuple[list[Arr
             outlines.append(np.asarray(outline, dtype=np.float64))
         except (ValueError, TypeError, OverflowError) as error:
             return outlines, f"obstacles[{k}] not readable: {_line(error)}"
-        problem = _far_outline(outlines[k], farthest)
+        problem = _far_outline(outlines[k])
         if problem:
             return outlines, f"obstacles[{k}] {problem}"
     return outlines, ""
 
 
-def _far_outline(outline: Array, farthest: float) -> str:
+def _far_outline(outline: Array) -> str:
     """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
     if outline.ndim == 0:
         return ""
-    odd = ~(np.abs(outline) <= farthest)
+    odd = ~(np.abs(outline) <= FARTHEST)
     if not odd.any():
         return ""
     value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
-    why = f"not near, at most {farthest:g} m" if isfinite(value) else "not finite"
+    why = f"not near, at most {FARTHEST:g} m" if isfinite(value) else "not finite"
     return f"{why}: {value:.6g} in corner {corner}"
 
 
@@ -164,25 +164,20 @@ def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
     return True
 
 
-def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasurement:
-    """A detection with its stamp on the controller's own clock, `offset` [s] ahead of the user's."""
-    return replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
-
-
 def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:
     """The clock at the time that the user's clock shows, and what is wrong with that one, or "".
 
     The controller's own clock never runs back: where the user's does, or leaps ahead, or shows no number, one
     cycle is taken to have passed, and the two are `offset` apart from then on.
     """
-    last, cycle, checks = clock.time, config.cycle, config.user_clock
+    last, cycle = clock.time, config.cycle
     if not _all_finite(now) or not is_time(now):
         return replace(clock, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
     stood = clock.stood + 1 if now == clock.shown else 0
     own, offset, word = now + clock.offset, clock.offset, ""
-    if stood >= checks.stood_cycles:
+    if stood >= STOOD_CYCLES:
         word = "the clock stands still"
-    elif last is not None and not last <= own <= last + checks.leap:
+    elif last is not None and not last <= own <= last + LEAP:
         word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
     if word:
         own = cycle if last is None else last + cycle

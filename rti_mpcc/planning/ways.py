@@ -7,6 +7,7 @@ import numpy as np
 from geometry import Area, PathPart, Pose2
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, X, Y
@@ -19,6 +20,7 @@ NEAR = (0.1, 0.05, 0.035)
 """A planned route is driven from within this of its start: longitudinal [m], lateral [m], heading [rad]."""
 GOAL_MOVED = (1.0, 0.35)
 """A goal that moved farther than this from the one planned for is planned for again [m], [rad]."""
+CHECK_SPACING = 0.2  # [m] between two bodies of a motion that are checked
 
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:
@@ -58,9 +60,7 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
     parts = s.path.parts[s.task.segment.index :]
     near = np.zeros(len(shapes), dtype=np.bool_)
     for part in parts:
-        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part, config), within) < within).any(
-            axis=0
-        )
+        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part), within) < within).any(axis=0)
     return [shapes[k] for k in np.flatnonzero(near)]
 
 
@@ -76,13 +76,13 @@ def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: Controll
 def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool:
     """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
     within what is measured."""
-    poses = np.concatenate([_poses(segment.part, config) for segment in manoeuvre.segments])
-    least = min(config.route.hard_minimum, manoeuvre.clearance) - config.caution.contact_tolerance
+    poses = np.concatenate([_poses(segment.part) for segment in manoeuvre.segments])
+    least = min(config.route.hard_minimum, manoeuvre.clearance) - CONTACT_TOLERANCE
     return bool((area.signed_distances(body_of(config.vehicle), poses, config.route.margin) >= least).all())
 
 
-def _poses(part: PathPart, config: ControllerConfig) -> Array:
+def _poses(part: PathPart) -> Array:
     """Poses (n, 3) on a part at which the body is checked."""
-    count = int((part.end - part.start) / config.caution.check_spacing) + 2
+    count = int((part.end - part.start) / CHECK_SPACING) + 2
     at = part.reference(np.linspace(part.start, part.end, count))
     return np.column_stack([at.x, at.y, at.phi])

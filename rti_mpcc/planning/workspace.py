@@ -9,21 +9,28 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.ocp.room import room_along, with_obstacles
 from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, staging_on, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.cusp import cusp_pose
 from rti_mpcc.planning.pace import Pace, pace_of
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import tell_if_narrow
 from rti_mpcc.types import Array
+
+CUSP_SHIFT = 0.7  # of the tolerance at a cusp: so far beside it may the pose be (docs/decisions/13-cusps.md)
+
+_STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +140,7 @@ class Workspaces:
         if end is SegmentEnd.STAGING_POSE:
             return staging_on(part, goal, config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target, reach=config.progress.projection_reach)
+            return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
             then = s.task.on_whole().segments[1]
             # To turn the wheels on the way costs heading at its end, and little way mends little of that.
@@ -149,3 +156,28 @@ class Workspaces:
             pose = cusp_pose(part.last, s.area.corridor, segment, self._active.config)
             self._cusp_of = segment, changes, pose
         return self._cusp_of[2]
+
+
+def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: ControllerConfig) -> Pose2:
+    """The pose to change direction at, at the end of a segment.
+
+    It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
+    next, or, within `CUSP_SHIFT` of the tolerance, the one that comes nearest to that. A body exactly at the
+    cusp may reach over a boundary that acts only from the change on.
+    """
+    margin, index = config.footprint.margin, segment.index
+    if _room([cusp], corridor, index, config)[0] == margin:
+        return cusp
+    poses = [
+        cusp.compose(Pose2(*(CUSP_SHIFT * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS
+    ]
+    room = _room(poses, corridor, index, config)
+    return poses[int(np.argmax(room))]  # the first of equals is the nearest
+
+
+def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
+    """Clearance (n,) of the body [m] on the part and on the next one, as far as the margin counts it."""
+    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.footprint.margin
+    both = [clearances(at, corridor, part, config.vehicle, margin) for part in (index, index + 1)]
+    room: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
+    return room

@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.drivable import Drivable
 from rti_mpcc.route_planner.problem import Problem
 
@@ -86,7 +86,6 @@ def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
 
 def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
     """At the end of a stretch [m], [m], [rad]: a short one must not be over where it begins."""
-    behaviour = config.behaviour
     share = min(max(length / WHOLE_TOLERANCE, LEAST_TOLERANCE), 1.0)
-    along, across, heading = behaviour.cusp_tolerance
+    along, across, heading = CUSP_TOLERANCE
     return share * along, share * across, share * heading

@@ -10,13 +10,15 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.safety import contact, lookout
+from rti_mpcc.planning.stops import CLEAR_DISTANCE
+from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import GoalOrigin, Reason, Trajectory
 
@@ -24,13 +26,9 @@ from rti_mpcc.types import GoalOrigin, Reason, Trajectory
 def of_stall(
     s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
 ) -> str:
-    """Why no plan ends inside the tolerance, or "" where that is not known.
+    """Why no plan ends inside the tolerance, or "" where that is not known: the first of the causes below.
 
-    In this order: the body is too near to something where it stands, or where it is to stand; the way between
-    is too narrow; no other way was found.
-
-    Args:
-        room: beside the body along the segment, or None where that does not count.
+    `room`: beside the body along the segment, or None where that does not count.
     """
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
@@ -49,10 +47,10 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     """What is too near to the body at a pose, or ""."""
     state, part = np.array([pose.x, pose.y, pose.phi]), s.task.segment.index
     apart = clearances(state[None], s.area.known, part, config.vehicle, config.caution.hard_minimum)[0]
-    apart[0] += config.caution.contact_tolerance  # of boundaries, which count later
+    apart[0] += CONTACT_TOLERANCE  # of boundaries, which count later
     if apart.min() >= config.caution.hard_minimum:
         return ""
-    apart[0] -= config.caution.contact_tolerance
+    apart[0] -= CONTACT_TOLERANCE
     room, met = float(apart.min()), met_by(state, s.area, part, config)
     if room < 0.0:
         return f"the body {where} overlaps {met} by {-room:.3f} m"
@@ -90,12 +88,11 @@ def meeting(
 ) -> ControllerState:
     """With what the plan of a halting vehicle meets after so far [m].
 
-    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
-    last plan meets is not needed yet.
+    `late`: why there was no time for another plan, or "".
     """
     assert s.task.halt is not None
-    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, config)}"
-    needed = contact.stopping_distance(float(plan.states[0, V]), config) + config.caution.clear_distance
+    met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
     halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, halt=halt))
 

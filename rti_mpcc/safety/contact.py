@@ -1,7 +1,7 @@
 """Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
 
 Clear is a body that is farther than `Caution.hard_minimum` from all obstacles that stand, and from boundaries
-but for `Caution.contact_tolerance`: measurements tremble. A plan that begins nearer to one of them may swing
+but for `CONTACT_TOLERANCE`: measurements tremble. A plan that begins nearer to one of them may swing
 the other end of the body out to get away, but must not touch it. That does not set in at once: from less than
 twice that distance a plan may come nearer by as much.
 Of an obstacle that moves with u it is not known what it will do next:
@@ -27,17 +27,22 @@ from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
 from rti_mpcc.planning.obstacles import Obstacle
+from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.types import Array, Trajectory
 
-MOST_BODIES = 5_000
-"""That are checked along a plan: a kilometre, so that no plan makes a cycle long."""
+STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
+SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
+OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
+
+MOST_BODIES = 5_000  # checked along a plan: a kilometre, so that no plan makes a cycle long
 
 
 class Overlap(NamedTuple):
@@ -53,15 +58,12 @@ class Overlap(NamedTuple):
 
 
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
-    """What the bodies at `states` (n, 6) overlap, the deepest of it.
-
-    Boundaries count from `Caution.contact_tolerance` on, obstacles from nothing on.
-    """
+    """What the bodies at `states` (n, 6) overlap most; boundaries count from `CONTACT_TOLERANCE` on."""
     apart = clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
     if not np.count_nonzero(apart < 0.0):
         return None
     depths = -apart
-    depths[depths[:, 0] <= config.caution.contact_tolerance, 0] = 0.0
+    depths[depths[:, 0] <= CONTACT_TOLERANCE, 0] = 0.0
     depth = depths.max(axis=1)
     deepest = int(np.argmax(depth))
     if depth[deepest] <= 0.0:
@@ -79,16 +81,13 @@ def distance_to_contact(
     *,
     least: float,
 ) -> float:
-    """Way along the plan to the first body nearer than `least` to what stands [m]; inf if none to `reach` is.
-
-    The bodies overlap: while none touches anything, they stay on the side of each boundary that they are on.
-    """
+    """Distance along the plan to the first body nearer than `least` to what stands [m]; inf: none."""
     marks, states = _driven(plan, config, reach)
     poses = np.ascontiguousarray(states[:, :POSE])
     # Where the plan begins it counts how near it is to twice the distance that is kept.
-    within = max(2.0 * least, config.caution.contact_tolerance)
+    within = max(2.0 * least, CONTACT_TOLERANCE)
     apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
-    first = _first_below(apart, _least(apart[0], least, config))
+    first = _first_below(apart, _least(apart[0], least))
     return float(marks[first]) if first >= 0 else np.inf
 
 
@@ -102,22 +101,18 @@ def _first_below(apart: Array2, least: Array1) -> int:
     return -1
 
 
-def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
-    """Clearances (1 + obstacles,) [m] that are kept from boundaries and each obstacle by a plan that `begins`
-    with these [m]."""
+def _least(begins: Array, least: float) -> Array:
+    """Clearances (1 + obstacles,) [m] that a plan keeps which `begins` with these [m]."""
     kept = np.full(len(begins), least)
-    kept[0] = max(least - config.caution.contact_tolerance, 0.0)
+    kept[0] = max(least - CONTACT_TOLERANCE, 0.0)
     nearer = np.minimum(np.maximum(begins - kept, 0.0), kept)
-    return np.where(begins >= 0.0, nearer, begins - config.caution.overlap_growth)
+    return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
 
 
 def distance_to_obstacle(
     plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that touches an obstacle [m]; or inf.
-
-    Boundaries do not count: they are no reason to wait, or to look for a way past.
-    """
+    """Distance along the plan to the first body that touches an obstacle, no boundary [m], or inf."""
     marks, states = _driven(plan, config, reach)
     meets = _obstacles_met(states, corridor, part, config).any(axis=1)
     return float(marks[np.argmax(meets)]) if meets.any() else np.inf
@@ -136,10 +131,9 @@ def _obstacles_met(
 def distance_to_moving(
     plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that may meet an obstacle that moves, Eq. (S1) [m]; or inf.
+    """Distance along the plan to the first body that may meet a moving obstacle, (S1) [m], or inf.
 
-    Args:
-        ages: so much later than when they were told the plan is looked at as beginning [s].
+    `ages`: time from when the obstacles were given to the start of the plan [s].
     """
     if not moving:
         return np.inf
@@ -187,7 +181,7 @@ def _meets(
 
 
 def progress_of_contact(
-    plan: Trajectory, distance: float, corridor: Corridor, segment: Segment, config: ControllerConfig
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m].
 
@@ -195,12 +189,12 @@ def progress_of_contact(
     Where the body on the path does not meet it, or later, it is where the plan's body is beside the path; so
     it is where that body meets it all along, which the plan passes.
     """
-    part, index = segment.part, segment.index
+    part, index, corridor = s.task.segment.part, s.task.segment.index, s.area.corridor
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
     x, y, phi = state[0, :POSE].tolist()
     # Not the plan's own progress: nothing holds that to where an arrival is.
     begin, end = float(plan.states[0, THETA]), part.project(x, y, heading=phi)
-    theta = np.arange(begin, end, config.caution.check_spacing)
+    theta = np.arange(begin, end, CHECK_SPACING)
     at = part.reference(theta)
     bodies = np.column_stack([at.x, at.y, at.phi])
     met = _obstacles_met(state, corridor, index, config)[0]
@@ -211,19 +205,12 @@ def progress_of_contact(
     return float(theta[clear[-1] + 1]) if len(clear) else end
 
 
-def met_on(
-    plan: Trajectory,
-    distance: float,
-    surroundings: Surroundings,
-    part: int,
-    age: float,
-    config: ControllerConfig,
-) -> Met:
-    """What a plan meets after so far [m]; `age`: how long ago the obstacles were given [s]."""
+def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
+    """What a plan meets after so far [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
-    ahead = age + config.dead_time + float(times[0] - plan.times[0])
-    return met_by(state, surroundings, part, config, ahead)
+    ahead = s.now - s.area.given_at + config.dead_time + float(times[0] - plan.times[0])
+    return met_by(state, s.area, s.task.segment.index, config, ahead)
 
 
 def length(plan: Trajectory) -> float:
@@ -232,9 +219,8 @@ def length(plan: Trajectory) -> float:
 
 
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
-    """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there; what lies farther ahead than
-    `MOST_BODIES` is looked at when the vehicle is nearer."""
-    spacing = config.caution.check_spacing
+    """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
+    spacing = CHECK_SPACING
     end = min(reach, length(plan), MOST_BODIES * spacing)
     count = max(ceil(end / spacing), 1)
     marks = np.arange(count + 1.0) * (end / count)
@@ -262,13 +248,11 @@ def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> N
 
 
 def stop_clearance(config: ControllerConfig) -> float:
-    """Distance that a planned stop keeps from something that fills the way [m], with room to swing out past
-    it."""
-    caution = config.caution
-    return caution.swing_room * config.vehicle.width + config.footprint.margin + caution.check_spacing
+    """Distance that a planned stop keeps from what blocks the route [m], with room to swing out past it."""
+    return SWING_ROOM * config.vehicle.width + config.footprint.margin + CHECK_SPACING
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:
     """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on."""
     in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
-    return (1.0 + config.caution.stop_share) * in_comfort + stop_clearance(config)
+    return (1.0 + STOP_SHARE) * in_comfort + stop_clearance(config)

@@ -50,16 +50,14 @@ def command(
         times = plan.times - s.clock.offset
         read_only(times)
         plan = replace(plan, times=times)
-    diagnostics = _diagnose(decision, context, s, detections, remarks, clock)
-    return _command(
-        decision.control,
-        context.state,
-        status,
-        plan,
-        diagnostics,
-        config,
-        s,
+    arrival = s.task.arrival
+    diagnostics = replace(
+        _diagnose(decision, context.state, context.target.pose, s, clock),
+        time_to_go=None if arrival is None else arrival.at - context.begin,
+        reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
+        detections=detections,
     )
+    return _command(decision.control, context.state, status, plan, diagnostics, config, s)
 
 
 def emergency(
@@ -75,30 +73,11 @@ def emergency(
     begin = s.now - s.clock.offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
-    diagnostics = Diagnostics(
-        theta=float(state[THETA]),
-        part=s.task.segment.index,
+    decision = ControlDecision(control=control, verdict=verdict, trajectory=motion)
+    diagnostics = replace(
+        _diagnose(decision, state, s.goal.pose or pose, s, clock),
         objective=Objective.CONTOURING,
-        weights=_first_weights(()),
-        time_to_go=None,
         failed=True,
-        solver_status="",
-        iterations=0,
-        residuals=(0.0, 0.0),
-        retried=False,
-        slack=0.0,
-        reason=str(verdict),
-        cause=verdict.reason,
-        aim=s.goal.pose or pose,
-        goal=s.goal.estimate,
-        detections=(),
-        prepare_ms=0.0,
-        feedback_ms=0.0,
-        solve_ms=0.0,
-        step_ms=1e3 * clock.seconds,
-        deadline_missed=clock.late(),
-        disturbance=s.vehicle.disturbance.acceleration,
-        steering_offset=s.vehicle.disturbance.steering,
     )
     status = status_of(verdict, s.task)
     return _command(control, state, status, motion, diagnostics, config, s)
@@ -160,31 +139,25 @@ def _turn_back(
 
 
 def _diagnose(
-    decision: ControlDecision,
-    context: PlanningContext,
-    s: ControllerState,
-    detections: tuple[Judgement, ...],
-    remarks: tuple[str, ...],
-    clock: CycleClock,
+    decision: ControlDecision, state: Array, goal: Pose2, s: ControllerState, clock: CycleClock
 ) -> Diagnostics:
     solutions = decision.attempt.solutions if decision.attempt else ()
-    arrival = s.task.arrival
     return Diagnostics(
-        theta=float(context.state[THETA]),
+        theta=float(state[THETA]),
         part=s.task.segment.index,
         objective=s.task.objective.kind,
         weights=_first_weights(solutions),
-        time_to_go=None if arrival is None else arrival.at - context.begin,
+        time_to_go=None,
         failed=decision.attempt is not None and bool(decision.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(each.iterations for each in solutions),
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=decision.attempt is not None and decision.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        reason="; ".join(part for part in (str(decision.verdict), *remarks) if part),
-        aim=context.target.pose,
+        reason=str(decision.verdict),
+        aim=goal,
         goal=s.goal.estimate,
-        detections=detections,
+        detections=(),
         prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
         feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
         solve_ms=1e3 * sum(each.solve_seconds for each in solutions),

@@ -14,25 +14,32 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.planning.state import STANDSTILL_SPEED
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
+
+SPACING = 0.04  # [m] between two bodies that are checked
+LONGEST = 2.0  # [m], longest escape
+STEERING_SHARES = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)  # of the largest angle, in this order
+STEERING_TOLERANCE = 0.02  # [rad] within which the wheels are there
+RISE_TIME = 0.3  # [s], time constant with which the speed is set
 
 
 def way_out(
     state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
 ) -> Trajectory | None:
-    """The begin of a way out from `state` (6,) at `begin` [s], or None: there is none, or it is not wanted.
+    """The start of a way out from `state` (6,) at `begin` [s]; None: there is none, or it is not wanted.
 
-    The first control turns the wheels at rest, or creeps; a vehicle that is faster than that has to brake.
+    The first control turns the wheels at rest, or creeps; a faster vehicle has to brake.
     """
-    most, speed, standing = config.escape_speed, float(state[V]), config.behaviour.standstill_speed
+    most, speed, standing = config.escape_speed, float(state[V]), STANDSTILL_SPEED
     if most == 0.0 or abs(speed) > most + standing:
         return None
     if abs(speed) > standing:  # it creeps already: it goes on as it does while that leads out
         arcs = [(float(np.sign(speed)), float(state[DELTA]))]
     else:
-        tried = config.limits.steering * np.array(config.escape.steering_shares)
+        tried = config.limits.steering * np.array(STEERING_SHARES)
         angles = sorted(tried, key=lambda angle: abs(angle - state[DELTA]))
         arcs = [(sign, float(angle)) for angle, sign in product(angles, (1.0, -1.0))]
     ways = [(_distance_until_free(state, *arc, surroundings, part, config), arc) for arc in arcs]
@@ -44,8 +51,8 @@ def _distance_until_free(
     state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
 ) -> float:
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
-    least, reach = config.caution.hard_minimum, config.escape.reach
-    ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
+    least, reach = config.caution.hard_minimum, LONGEST
+    ways = np.linspace(0.0, sign * reach, round(reach / SPACING) + 1)
     states = arc(state, ways, steering, config.vehicle.wheelbase)
     apart = clearances(states, around.known, part, config.vehicle)
     before = apart[0]
@@ -62,11 +69,10 @@ def _distance_until_free(
 def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
     """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
     turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
-    escape = config.escape
-    turned = abs(turn) <= escape.steering_tolerance or abs(speed) > config.behaviour.standstill_speed
+    turned = abs(turn) <= STEERING_TOLERANCE or abs(speed) > STANDSTILL_SPEED
     wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
     times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
-    speeds = wanted + (speed - wanted) * np.exp(-times / max(escape.rise_time, config.cycle))
+    speeds = wanted + (speed - wanted) * np.exp(-times / max(RISE_TIME, config.cycle))
     controls = np.zeros((config.stages, CONTROLS))
     controls[:, A] = np.clip(np.diff(speeds) / config.cycle, -most, most)
     controls[0, DELTA_DOT] = np.clip(turn / config.cycle, -limits.steering_rate, limits.steering_rate)

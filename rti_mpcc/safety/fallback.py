@@ -6,7 +6,7 @@
 2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
    without a complaint, with nothing kept of the solver's last answers.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
-   most `Fallback.plan_life`, and as long as the vehicle is within `Fallback.plan_offset` of it.
+   most `PLAN_LIFE`, and as long as the vehicle is within `PLAN_OFFSET` of it.
 4. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill. It stays until
    there is a plan again, which is then sought from a fresh first guess.
 
@@ -30,6 +30,15 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, resample, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
+
+PLAN_LIFE = 1.0  # [s] for which the last plan may be driven on
+PLAN_OFFSET = (0.5, 0.2)  # [m], [rad]; a plan that starts farther from the vehicle is not driven on
+SETTLING_FACTOR = 1.05  # times comfort, at most, for a stop at the target: some millimetres more are better
+SETTLING_LEAST = 0.5  # times comfort, at least
+SETTLING_TIME = 0.15  # [s], time constant with which the last of the speed is taken out,
+HOLDING_TIME = 0.5  # [s], the same while standing, so that noise hardly shows
+STOP_DISTANCE = 0.3  # [m] to a contact at which a blocked vehicle means to stand
+STEERING_SPEED = 0.1  # [m/s]; slower, the steering is not turned while braking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +66,7 @@ def brake(
 ) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than firm.
 
-    Args:
-        steering_rate: is kept on [rad/s].
-        before: deceleration until now [m/s²], from which comfort comes to the new one; None: any.
+    `steering_rate` is kept on [rad/s]; `before`: deceleration until now [m/s²], or None.
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
@@ -70,9 +77,9 @@ def brake(
             wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
         # The brakes are let go evenly, the faster the harder they were.
         jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
-        settling = max(config.fallback.settling_time, config.cycle)
+        settling = max(SETTLING_TIME, config.cycle)
         wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
-    rate = steering_rate if abs(speed) > config.fallback.steering_speed else 0.0
+    rate = steering_rate if abs(speed) > STEERING_SPEED else 0.0
     return ControlInput(
         acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING
     )
@@ -82,13 +89,12 @@ def shifted_plan(
     plan: Trajectory | None, accepted_at: float | None, context: PlanningContext, config: ControllerConfig
 ) -> Trajectory | None:
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
-    limits = config.fallback
-    if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= limits.plan_life:
+    if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= PLAN_LIFE:
         return None
     times = stage_times(context.begin, np.diff(plan.times))
     shifted = resample(plan, times, config.vehicle.wheelbase)
     off = context.state - shifted.states[0]
-    position, heading = limits.plan_offset
+    position, heading = PLAN_OFFSET
     if hypot(off[X], off[Y]) > position or abs(wrap(float(off[PHI]))) > heading:
         return None
     states = rollout(context.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
@@ -102,7 +108,7 @@ def hold(state: Array, config: ControllerConfig, before: float = 0.0) -> Control
     `before`: acceleration until now [m/s²]; brakes that stop no more than that speed are let go evenly.
     """
     most, speed, jerk = config.limits.acceleration, float(state[V]), config.comfort.jerk
-    wanted = max(min(-speed / max(config.fallback.holding_time, config.cycle), most), -most)
+    wanted = max(min(-speed / max(HOLDING_TIME, config.cycle), most), -most)
     if before * speed < 0.0 and before**2 <= 2.0 * jerk * abs(speed):
         step = jerk * config.cycle
         wanted = max(min(wanted, before + step), before - step)
@@ -124,23 +130,17 @@ def braking_over(distance: float, speed: float, most: float, config: ControllerC
 
 
 def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand before a contact `distance` [m] ahead, the comfort one at least.
-
-    How far before: `Fallback.stop_distance`.
-    """
-    return braking_over(distance - config.fallback.stop_distance, speed, config.limits.acceleration, config)
+    """Deceleration [m/s²] to stand `STOP_DISTANCE` before a contact `distance` [m] ahead, or comfort."""
+    return braking_over(distance - STOP_DISTANCE, speed, config.limits.acceleration, config)
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] that comes to rest at the target's length, about the comfort one.
-
-    It goes on from the present one without a step, see `_eased`.
-    """
-    before, comfort, settings = context.deceleration, config.comfort, config.fallback
+    """Deceleration [m/s²], about comfort, to rest at the target's length, without a step, see `_eased`."""
+    before, comfort = context.deceleration, config.comfort
     # What the soft end of `brake` takes more than to brake on to the end.
     left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
-    least = settings.settling_least * comfort.acceleration
-    most = min(settings.settling_factor * comfort.acceleration, config.limits.acceleration)
+    least = SETTLING_LEAST * comfort.acceleration
+    most = min(SETTLING_FACTOR * comfort.acceleration, config.limits.acceleration)
     wanted = most if left <= 0.0 else _eased(context.speed, left, before, config.cycle)
     step = comfort.jerk * config.cycle
     return min(max(min(max(wanted, before - step), before + step), least), most)

@@ -1,8 +1,8 @@
-"""The last check of every command: nothing passes it that is not finite and within the limits."""
+"""The limits: the last check of every command, and whether they leave enough to drive with."""
 
 from __future__ import annotations
 
-from math import isfinite, nan
+from math import degrees, isfinite, nan
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -18,12 +18,10 @@ def saturate(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """What is sent so that `control` acts, (O4), from `state` (6,) on, cut to what may be sent to a vehicle
-    that is `measured` (6,) now.
+    """What is sent so that `control` acts, (O4), from `state` (6,) on, for a vehicle that is `measured` (6,).
 
-    Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,
-    they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
-    All that is of what is sent and measured; `disturbance`: what is known to act beside.
+    Inputs stay within their limits. Speed and steering are not led beyond theirs, nor further out than
+    measured; where they are outside they return, at the rate limit if that is far.
     """
     acting = float(state[DELTA])
     acceleration = disturbance.commanded(control.acceleration)
@@ -48,13 +46,32 @@ def _within(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> float:
-    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back.
-
-    `disturbance`: of the acceleration, where it is that.
-    """
+    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back."""
     lowest = max(min(disturbance.commanded((-limit - value) / config.cycle), most), -most)
     highest = max(min(disturbance.commanded((limit - value) / config.cycle), most), -most)
     slope = min(max(slope, lowest), highest)
     if not isfinite(measured) or abs(measured) <= limit:
         return slope
     return min(slope, 0.0) if measured > 0.0 else max(slope, 0.0)
+
+
+AUTHORITY_RESERVE = 0.15
+"""Share of a limit that must be left to drive with, beyond what it takes to hold the vehicle on a slope, or
+straight: with a fifth of the acceleration it still docks, with a tenth it no longer does."""
+
+
+def exceeded(disturbance: Disturbance, config: ControllerConfig) -> str:
+    """Why the vehicle cannot be driven with this disturbance, or ""."""
+    limits, most = config.limits, 1.0 - AUTHORITY_RESERVE
+    holding, o = disturbance.commanded(0.0), disturbance.steering
+    if abs(holding) > most * limits.acceleration:
+        return (
+            f"the drive is too weak for the slope: to hold the vehicle takes {holding:+.2f} m/s², "
+            f"the limit is {limits.acceleration:.2f} m/s²"
+        )
+    if abs(o) > most * limits.steering:
+        return (
+            f"the steering is too far off: to go straight takes {degrees(-o):+.1f} deg, "
+            f"the limit is {degrees(limits.steering):.1f} deg"
+        )
+    return ""

@@ -20,6 +20,9 @@ from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.types import Trajectory
 
+BRAKING_OFFSET = (0.2, 0.1)  # [m], [rad]; a plan that passes farther from the vehicle is not braked along
+LEAST_DECELERATION = 1e-3  # [m/s²] of a motion that is checked
+
 
 def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
     """What the body overlaps, where it is believed to be now or until the command begins to act."""
@@ -39,25 +42,10 @@ def distance_to_contact(
     reach: float = inf,
     least: float = 0.0,
 ) -> float:
-    """Distance along a plan to where it is nearer than `least` to what stands [m], or inf.
-
-    Far ahead stages are long: a plan that is sought has to touch nothing, one that is driven to be clear.
-    """
+    """Distance along a plan to where it is nearer than `least` to what stands [m], or inf."""
     return contact.distance_to_contact(
         plan, s.area.corridor, s.task.segment.index, config, reach, least=least
     )
-
-
-def progress_of_contact(
-    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
-) -> float:
-    """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
-    return contact.progress_of_contact(plan, distance, s.area.corridor, s.task.segment, config)
-
-
-def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
-    """What a plan meets after so far [m]."""
-    return contact.met_on(plan, distance, s.area, s.task.segment.index, s.now - s.area.given_at, config)
 
 
 def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
@@ -67,9 +55,9 @@ def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
 
 
 def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether an obstacle on the path is as near to a cruise as it counts, and was not when that was sought.
+    """Whether an obstacle on the path has come as near to a cruise as it counts.
 
-    A cruise that knew nothing of it would come to rest before it wherever that is farthest along the path.
+    A cruise that did not know it would come to rest wherever that is farthest along the path.
     """
     if not s.area.corridor.obstacles:
         return False
@@ -114,7 +102,7 @@ def braking(
     times = stage_times(context.begin, lengths)
     motion = None
     if along is not None:
-        near = config.fallback.braking_offset
+        near = BRAKING_OFFSET
         motion = stopping_along(along, context.state, times, deceleration, near)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
 
@@ -123,7 +111,7 @@ def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig
     """The motion that stands after all of the way that is looked at for a stop, along a plan."""
     speed = float(context.state[V])
     need = contact.stopping_distance(speed, config)
-    deceleration = max(speed**2 / (2.0 * need), config.fallback.least_deceleration)
+    deceleration = max(speed**2 / (2.0 * need), LEAST_DECELERATION)
     return braking(context, deceleration, config, plan)
 
 

@@ -17,10 +17,8 @@ from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
-NEAR = 1.0
-"""What is farther from a body than this is not met by it [m]."""
-MOST_NAMED = 100
-"""An area of more obstacles than this is a map: the number of one of its rectangles tells nobody anything."""
+NEAR = 1.0  # [m]; what is farther from a body is not met by it
+MOST_NAMED = 100  # obstacles of an area; with more it is a map, and the number of a rectangle says nothing
 
 
 class Met(NamedTuple):

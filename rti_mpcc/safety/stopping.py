@@ -36,10 +36,9 @@ def arc(state: Array, ways: Array, steering: float, wheelbase: float) -> Array:
 def stopping_along(
     plan: Trajectory, state: Array, times: Array, deceleration: float, near: tuple[float, float]
 ) -> Trajectory | None:
-    """Constant `deceleration` [m/s²] from `state` (6,) to rest on the way of a plan, at `times` (N+1,) [s].
+    """Constant `deceleration` [m/s²] from `state` (6,) to rest beside a plan, at `times` (N+1,) [s].
 
-    The vehicle keeps what it is beside that way. None where it is not as `near` it [m], [rad], or the plan
-    goes the other way.
+    None where the vehicle is not as `near` it [m], [rad], or the plan goes the other way.
     """
     travelled, states = _way_of(plan)
     speed, here = abs(float(state[V])), _distance_to(state, states, travelled)

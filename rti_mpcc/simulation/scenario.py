@@ -19,7 +19,6 @@ from rti_mpcc.baselines import with_method
 from rti_mpcc.config import (
     COMFORT_ACCELERATION,
     ControllerConfig,
-    GoalLimits,
     GoalTracking,
     Limits,
     Vehicle,
@@ -261,7 +260,7 @@ class Scenario(Section):
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
             yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
         for key, goal in self._goals(path):
-            problem = goals.checked(goal, path, corridor, self.vehicle, GoalLimits()).problem
+            problem = goals.checked(goal, path, corridor, self.vehicle).problem
             if problem:
                 value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
                 yield KeyProblem(key, value, f"out of reach, {problem}")

@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.safety import fallback
 from rti_mpcc.safety.contact import stopping_distance
+from rti_mpcc.safety.fallback import STOP_DISTANCE
 from rti_mpcc.safety.limiter import saturate
 from rti_mpcc.types import Array, Source
 from tests.properties.magnitudes import examples, from_zero, positive, signed
@@ -43,8 +44,8 @@ def test_braking_never_speeds_up_and_never_turns_the_motion_round_in_a_cycle(
 
 @given(from_zero(1e-9, 30.0), signed(1e-12, 1e3), st.floats(1.0, 4.0))
 @example(0.0, 0.0, 2.0)
-@example(0.0, CONFIG.fallback.stop_distance, 2.0)
-@example(1.0, CONFIG.fallback.stop_distance, 2.0)
+@example(0.0, STOP_DISTANCE, 2.0)
+@example(1.0, STOP_DISTANCE, 2.0)
 @examples
 def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_distance(
     speed: float, distance: float, faster: float
@@ -53,7 +54,7 @@ def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_dis
     assert COMFORT <= here <= MOST
     assert fallback.before_contact(speed, distance + 0.1, CONFIG) <= here
     assert fallback.before_contact(faster * speed, distance, CONFIG) >= here
-    left = distance - CONFIG.fallback.stop_distance
+    left = distance - STOP_DISTANCE
     if here < MOST:
         assert speed**2 / (2.0 * here) <= left * (1.0 + 1e-9)
 

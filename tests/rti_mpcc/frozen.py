@@ -22,7 +22,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import AXLE, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -30,6 +30,7 @@ from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import workspace
+from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE
 from rti_mpcc.qp.filling import (
     QpValues,
     empty_values,
@@ -225,10 +226,10 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
     dual = np.zeros(pattern.constraints.shape[0])
     primal = np.zeros(pattern.constraints.shape[1])
     steps: list[float] = []
-    damping, search = problem.damping, problem.config.search
+    damping = problem.damping
     for _ in range(most):
         replace(problem, damping=damping).fill(values, pattern, states, controls, dual)
-        damping = max(search.damping_share * damping, min(search.damping, problem.damping))
+        damping = max(DAMPING_SHARE * damping, min(DAMPING, problem.damping))
         refused = solver.update(values)
         assert refused == "", refused
         result = solver.solve(values, primal, dual)
@@ -329,7 +330,7 @@ def _freeze(
     config, frame, target = mpcc.config, linear.frame, mpcc.target
     measured = frame.states_in(state)
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
-    measured[THETA] = min(measured[THETA], target.stop + config.progress.overrun)
+    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta)
     planes, walls = None, None

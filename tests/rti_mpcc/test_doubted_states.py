@@ -9,6 +9,7 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState
+from rti_mpcc.planning.plausibility import FROZEN_DISTANCE, FROZEN_SPEED, MODEL_MISMATCH
 from rti_mpcc.types import Reason
 from tests.rti_mpcc.encounters import Car, Plant
 
@@ -42,14 +43,14 @@ def test_a_frozen_state_is_noticed_by_the_speed_that_it_lacks() -> None:
             break
         distance += CONFIG.cycle * (speed + 0.5 * CONFIG.cycle * command.acceleration)
         speed += CONFIG.cycle * command.acceleration
-    assert LIMITS.frozen_speed < speed < LIMITS.frozen_speed + 0.03
-    assert distance < LIMITS.frozen_distance
+    assert FROZEN_SPEED < speed < FROZEN_SPEED + 0.03
+    assert distance < FROZEN_DISTANCE
 
 
 @pytest.mark.parametrize(("share", "doubted"), [(0.9, False), (1.1, True)])
 def test_a_heading_may_be_off_by_what_the_vehicle_can_turn_meanwhile(share: float, doubted: bool) -> None:
     speed = 6.0
-    turned = LIMITS.model_mismatch * speed * CONFIG.cycle * CONFIG.max_curvature
+    turned = MODEL_MISMATCH * speed * CONFIG.cycle * CONFIG.max_curvature
     command = after_driving(speed, phi=LIMITS.heading + share * turned)
     assert ("heading by" in command.diagnostics.reason) == doubted
 

@@ -9,6 +9,7 @@ import pytest
 
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
+from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.simulation.plant import PlantState
 from tests.rti_mpcc.events import PLACES, Ride
 from tests.rti_mpcc.yards import Driver, block
@@ -97,7 +98,7 @@ def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, 
     drive = driver.drive(60.0)
     assert drive.docked
     firm = config.firm_deceleration
-    reach = 0.0 if speed**2 / (2.0 * firm) <= 12.0 else config.goal_limits.reach
+    reach = 0.0 if speed**2 / (2.0 * firm) <= 12.0 else GOAL_REACH
     assert drive.states[:, 0].max() - 40.0 <= reach + 0.6
 
 

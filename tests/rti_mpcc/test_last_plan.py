@@ -10,6 +10,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, Source
 from rti_mpcc.planning.clock import Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
+from rti_mpcc.safety.fallback import PLAN_LIFE, PLAN_OFFSET
 from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()
@@ -39,7 +40,7 @@ def test_the_last_plan_is_driven_for_its_time_and_no_longer() -> None:
     sources = [command.source for command in after_failures(25)]
     count = sources.index(Source.BRAKING)
     assert sources[:count] == [Source.SHIFTED_PLAN] * count
-    assert count * CONFIG.cycle == pytest.approx(CONFIG.fallback.plan_life, abs=1.1 * CONFIG.cycle)
+    assert count * CONFIG.cycle == pytest.approx(PLAN_LIFE, abs=1.1 * CONFIG.cycle)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -47,6 +48,6 @@ def test_the_last_plan_is_driven_for_its_time_and_no_longer() -> None:
 def test_the_last_plan_is_not_driven_with_the_heading_too_far_off(
     sign: float, share: float, source: Source
 ) -> None:
-    _, most = CONFIG.fallback.plan_offset
+    _, most = PLAN_OFFSET
     (command,) = after_failures(1, sign * share * most)
     assert command.source is source

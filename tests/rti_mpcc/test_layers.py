@@ -28,7 +28,6 @@ LAYERS = (
     "safety",
     "scouting",
     "driving",
-    "rehearsal",
     "rerouting",
     "orders",
     "docking",

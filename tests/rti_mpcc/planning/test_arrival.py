@@ -5,8 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.arrival import (
+    LEAST_TIME,
+    WAITING_REACH,
     cubic_motion,
     paced_motion,
     peak_speed,
@@ -14,11 +15,10 @@ from rti_mpcc.planning.arrival import (
 )
 from rti_mpcc.types import Array
 
-TIMING = ControllerConfig().arrival_timing
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
 """Way [m] and speed [m/s] from which the comfort acceleration is enough."""
 COMFORT = 0.4
-LEAST, REACH = TIMING.least_time, TIMING.waiting_reach
+LEAST, REACH = LEAST_TIME, WAITING_REACH
 
 
 def cubic(distance: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:

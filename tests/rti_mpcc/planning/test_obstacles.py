@@ -20,7 +20,7 @@ def watched(places: Callable[[float], Sequence[Array]], seconds: float) -> tuple
     """What is known after so long of being told the outlines in every cycle."""
     known: tuple[Obstacle, ...] = ()
     for k in range(round(seconds / CYCLE) + 1):
-        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE, CONFIG)
+        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE)
     return known
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.pace import STEERING_DISTANCE, pace_of
 
 CONFIG = ControllerConfig(comfort_lateral_acceleration=0.8, comfort_steering_rate=0.4)
 L = CONFIG.vehicle.wheelbase
@@ -35,18 +35,18 @@ def test_a_step_of_curvature_is_steered_at_the_comfortable_rate() -> None:
     turned = 2.0 * np.arctan(L * 0.2)
     pace = pace_of(part((-1, 0.2, 15.0), (-1, -0.2, 15.0)), gentle)
     middle = pace.at(np.array([15.0]))[0]
-    assert middle == pytest.approx(0.1 * CONFIG.arrival_timing.steering_distance / turned, rel=0.1)
+    assert middle == pytest.approx(0.1 * STEERING_DISTANCE / turned, rel=0.1)
     assert pace.at(np.array([5.0]))[0] == gentle.limits.speed
 
 
 def test_the_way_ahead_is_looked_at_in_equal_pieces_and_goes_on_behind_the_end() -> None:
     pace = pace_of(part((1, 0.0, 20.0), (1, 0.2, 20.0)), CONFIG)
-    ahead = pace.ahead(10.0, 40.0, CONFIG)
+    ahead = pace.ahead(10.0, 40.0)
     assert len(ahead) == 160
     np.testing.assert_allclose(ahead[:30], CONFIG.limits.speed)
     np.testing.assert_allclose(ahead[60:], sqrt(0.8 / 0.2))
-    assert len(pace.ahead(0.0, 0.1, CONFIG)) == 64
-    assert len(pace.ahead(0.0, 1e4, CONFIG)) == 400
+    assert len(pace.ahead(0.0, 0.1)) == 64
+    assert len(pace.ahead(0.0, 1e4)) == 400
 
 
 def test_more_comfort_is_never_faster() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.safety.authority import exceeded
+from rti_mpcc.safety.limiter import exceeded
 
 CONFIG = ControllerConfig(limits=Limits(acceleration=0.5, steering=0.06))
 

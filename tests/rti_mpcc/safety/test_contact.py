@@ -6,9 +6,11 @@ import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
@@ -47,7 +49,7 @@ def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
 def test_the_way_to_a_wall_is_found_within_the_spacing(direction: int, ahead: float) -> None:
     found = way(straight_on(2.0, 30.0, direction=direction), corridor(direction))
     expected = WALL_AT - ahead - 2.0
-    assert expected <= found <= expected + CONFIG.caution.check_spacing
+    assert expected <= found <= expected + CHECK_SPACING
 
 
 def test_a_plan_that_leaves_the_corridor_makes_contact() -> None:
@@ -68,10 +70,10 @@ def beside_the_wall(room: float, onwards: float) -> Trajectory:
 
 
 def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_less_noise() -> None:
-    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
+    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONTACT_TOLERANCE
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
-    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CONFIG.caution.check_spacing)
+    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CHECK_SPACING)
 
 
 @pytest.mark.parametrize("room", [0.02, 0.0, -0.01])
@@ -133,7 +135,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
     known: tuple[Obstacle, ...] = ()
     for k in range(-10, 1):
         corners = square(x + k * step[0], y + k * step[1], 0.6)
-        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1), CONFIG)
+        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1))
     return known[0]
 
 

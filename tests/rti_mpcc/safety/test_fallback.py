@@ -5,6 +5,7 @@ import pytest
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.safety import fallback
+from rti_mpcc.safety.fallback import STOP_DISTANCE
 from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
@@ -43,7 +44,7 @@ def test_hard_braking_is_hard_to_the_last_cycle(speed: float) -> None:
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
     assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
-    distance = 1.0 + CONFIG.fallback.stop_distance
+    distance = 1.0 + STOP_DISTANCE
     assert fallback.before_contact(2.5, distance, CONFIG) == pytest.approx(2.5**2 / 2.0)
     assert fallback.before_contact(8.0, distance, CONFIG) == CONFIG.limits.acceleration
     assert fallback.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
