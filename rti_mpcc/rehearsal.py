@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import V
 from rti_mpcc.planning.schedule import apart
@@ -31,7 +31,7 @@ def is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     stands = abs(float(measured[V])) <= config.behaviour.standstill_speed
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
-    if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
+    if not (stands and begins and config.objective.arrives_at_goal):
         return False
     before = route.rehearsed
     return before is None or apart(goal, before) > config.route.goal_moved[0]

@@ -155,7 +155,7 @@ class Rerouter:
         asked = self._needed(s)
         if asked is None:
             return s
-        settings, margin = self._config.route, self._config.footprint.margin
+        settings, margin = self._config.route, self._config.clearance.wanted
         if self._asked is None or not self._asked.answers(asked, settings.unmoved, margin):
             known = self.area_known(s)
             self._asked = asked
@@ -235,7 +235,7 @@ class Rerouter:
         """From where on the way that is driven another one is to begin: where the vehicle will be in a
         moment, or where it will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
-        if last is not None and last.is_for(goal, s.area, config.route.unmoved, config.footprint.margin):
+        if last is not None and last.is_for(goal, s.area, config.route.unmoved, config.clearance.wanted):
             if last.at is not None and s.now <= last.at:
                 return last
             # That came too late: once more with twice the time, as long as the vehicle drives by then.
@@ -273,7 +273,7 @@ class Rerouter:
         found = self._found()
         if asked is None or route is None or found is None or self._asked is None:
             return s
-        if not self._asked.answers(asked, config.route.near, config.footprint.margin):
+        if not self._asked.answers(asked, config.route.near, config.clearance.wanted):
             return s
         planning, told = (
             s.task.phase is Phase.PLANNING,

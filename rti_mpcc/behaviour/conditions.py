@@ -47,7 +47,7 @@ def passes_target(s: ControllerState, context: PlanningContext, config: Controll
 
     A vehicle at rest without a plan finds that out by its first plan, and replans at once.
     """
-    if not config.arrival or s.task.segment.final is not None or not context.free:
+    if not (config.arrival and s.task.segment.objective.arrives and context.free):
         return False
     if s.task.phase is Phase.STARTING and s.is_stationary:
         return False
@@ -187,7 +187,7 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
     """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about; and
     one that halts for something waits."""
     task, settings = s.task, config.behaviour
-    long = settings.turning_time if task.final else settings.standstill_time
+    long = settings.standstill_time if task.objective.along_path else settings.turning_time
     if task.arrival is not None and task.arrival.overdue_since is None:
         # It begins as slowly as its comfort has it.
         long = settings.turning_time + settings.moving_speed / config.arrival_acceleration

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
 from rti_mpcc.errors import CampaignError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.campaign_tally import tally_table
 from rti_mpcc.report.console import rate_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable

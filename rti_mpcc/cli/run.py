@@ -8,10 +8,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple, get_args
 
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
 from rti_mpcc.config import Ride
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.process import prepare_process
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.camera_frames import CameraFrames, Frame

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, Commands, seed
 from rti_mpcc.cli.run import simulated
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.console import progress_bar
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
 from rti_mpcc.simulation import GoalSource, load_scenario

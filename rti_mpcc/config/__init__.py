@@ -6,20 +6,11 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 
 from __future__ import annotations
 
-from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, ControllerConfig
-from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
+from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, ControllerConfig
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mission import MissionSettings
-from rti_mpcc.config.mpc import (
-    AdmmSettings,
-    BoundRelaxation,
-    Footprint,
-    NarrowPassage,
-    Progress,
-    SolverSettings,
-    SpeedProfile,
-    Weights,
-)
+from rti_mpcc.config.mpc import Clearance, DockingObjective, SolverSettings, Weights
 from rti_mpcc.config.route import RoutePlanner
 from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
@@ -27,33 +18,27 @@ from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 __all__ = [
     "COMFORT_ACCELERATION",
     "EXIT",
-    "NO_COMFORT",
-    "AdmmSettings",
     "ArrivalTiming",
     "Behaviour",
-    "BoundRelaxation",
     "Caution",
+    "Clearance",
     "Comfort",
     "ControllerConfig",
+    "DockingObjective",
     "Escape",
     "Fallback",
-    "Footprint",
     "GoalLimits",
     "GoalTracking",
     "Guesses",
     "Limits",
-    "Method",
     "MissionSettings",
-    "NarrowPassage",
     "ObstacleTracking",
     "Plausibility",
-    "Progress",
     "Retries",
     "Ride",
     "RoutePlanner",
     "Search",
     "SolverSettings",
-    "SpeedProfile",
     "UserClock",
     "Vehicle",
     "Weights",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -12,12 +12,9 @@ Shares = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...], Field(m
 
 
 class Caution(Settings):
-    """What is kept from boundaries and obstacles, and when the vehicle stops for them.
+    """When the vehicle stops for boundaries and obstacles; how near it comes to them is in `Clearance`.
 
     Attributes:
-        hard_minimum: no plan is driven whose body comes nearer to an obstacle than this [m], or to a boundary
-            than this less `contact_tolerance`. It is what lags, model errors and noise may take; the plans
-            themselves keep `Footprint.margin`.
         contact_tolerance: a body that is over a boundary by no more than this only seems to be [m]: that is
             noise of a centimetre in place and of some milliradians in heading, at the corners. An obstacle
             that is overlapped by no more than this is stopped for in comfort, by more as hard as can be.
@@ -37,7 +34,8 @@ class Caution(Settings):
             no longer does.
     """
 
-    hard_minimum: NonNegative = 0.05
+    former: ClassVar = {"hard_minimum": "clearance.least"}
+
     contact_tolerance: NonNegative = 0.02
     stop_share: NonNegative = 0.25
     clear_time: NonNegative = 1.0
@@ -48,11 +46,6 @@ class Caution(Settings):
     swing_room: NonNegative = 0.33
     overlap_growth: NonNegative = 0.01
     authority_reserve: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
-
-    @property
-    def planned_minimum(self) -> float:
-        """What plans keep where there is no room for the margin [m]."""
-        return self.hard_minimum + self.contact_tolerance
 
 
 class Fallback(Settings):

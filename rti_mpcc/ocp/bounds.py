@@ -26,10 +26,21 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array1, Out3, kernel
-from rti_mpcc.config import ControllerConfig, Progress
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
+
+OVERRUN = 0.1
+"""How far the progress may pass the stop point of a goal pose [m] (published code)."""
+HEADROOM = 1.5
+"""Share of the speed's bound that theta_dot may reach, so that no bound on it and the one on v ever say the
+same twice."""
+FAR_SPEED = 1.1
+"""A vehicle that is so many times as fast as its limit is braked at any jerk."""
+TURNING_SHARE = 0.99
+"""Of a steering rate beyond comfort that the last plan had, which the next one may have there, (J3). Less
+than 1: what the solver is off by is not to add up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,9 +66,9 @@ class Change(NamedTuple):
     pressed: bool = True
 
 
-def overrun(target: Target, progress: Progress) -> float:
+def overrun(target: Target) -> float:
     """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
-    return progress.overrun if target.kind is TargetKind.POSE else 0.0
+    return OVERRUN if target.kind is TargetKind.POSE else 0.0
 
 
 def stage_bounds(
@@ -72,7 +83,7 @@ def stage_bounds(
     disturbance: Disturbance = UNDISTURBED,
     change: Change | None = None,
 ) -> StageBounds:
-    """The limits, one direction of motion, and the speed profile where the configuration has one.
+    """The limits, and one direction of motion.
 
     Args:
         direction: d of the part: d v >= 0.
@@ -84,24 +95,17 @@ def stage_bounds(
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
-    limits, progress, profile = config.limits, config.progress, config.speed_profile
+    limits = config.limits
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
     states, controls = np.empty((2, len(theta) - 1, 2, 3))
     _stage_bounds(
-        np.ascontiguousarray(theta),
         direction,
-        limits.speed,
-        np.empty(0) if most is None else most,
-        target.stop,
-        inf if profile is None else profile.at_stop(target.behind),
-        0.0 if profile is None else profile.deceleration,
+        np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
-        1.0 if profile is not None else progress.headroom,
-        config.progress_reverses,
         (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
-        target.stop + overrun(target, progress) if ends else inf,
+        target.stop + overrun(target) if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate * disturbance.rate_share,
         states,
@@ -110,11 +114,11 @@ def stage_bounds(
     if change is not None:
         before, speeds, turning, lengths, rests, pressed = change
         jerk = faster**3 * config.comfort.jerk
-        if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
+        if abs(speeds[0]) <= FAR_SPEED * limits.speed:
             _bound_change(before, speeds[0], lengths, jerk, controls)
         if config.weights.comfort[2] > 0.0:
             calm = config.behaviour.calm_speed if pressed else inf
-            kept = config.bound_relaxation.turning_share * np.abs(turning)
+            kept = TURNING_SHARE * np.abs(turning)
             _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
         if rests:
             _bound_end(lengths, jerk, controls)
@@ -129,16 +133,9 @@ def _faster(change: Change, left: float, config: ControllerConfig) -> float:
 
 @kernel
 def _stage_bounds(
-    theta: Array1,
     direction: int,
-    limit: float,
     most: Array1,
-    stop: float,
-    final: float,
-    deceleration: float,
     back: float,
-    headroom: float,
-    reverses: bool,
     steering: tuple[float, float],
     farthest: float,
     acceleration: tuple[float, float],
@@ -146,19 +143,15 @@ def _stage_bounds(
     states: Out3,
     controls: Out3,
 ) -> None:
-    """With the speed profile v² <= final² + 2 deceleration (theta_stop - theta)."""
+    """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
     for k in range(len(states)):
-        left = max(stop - theta[k + 1], 0.0)
-        speed = min(limit, sqrt(final * final + 2.0 * deceleration * left))
-        if len(most) > 0:
-            speed = min(speed, most[k])
-        virtual = headroom * speed
+        speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
         states[k, 0, 1], states[k, 1, 1] = steering
         states[k, 0, 2], states[k, 1, 2] = -inf, farthest
         controls[k, 0, 0], controls[k, 1, 0] = acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
-        controls[k, 0, 2], controls[k, 1, 2] = -virtual if reverses else 0.0, virtual
+        controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
 
 
 @kernel

@@ -8,6 +8,9 @@ from math import hypot
 
 from geometry import PathPart, Pose2, lift
 
+PROJECTION_REACH = 1.0
+"""A goal that has moved by less than this is projected near its last projection [m]: noise makes no jumps."""
+
 
 class TargetKind(Enum):
     """What ends a part."""
@@ -48,19 +51,14 @@ class Target:
         return max(self.theta - self.theta_end, 0.0)
 
 
-def goal_on(part: PathPart, goal: Pose2, last: Target | None = None, *, reach: float = 0.0) -> Target:
-    """The goal as the target of a part.
-
-    Args:
-        last: what the part was to end in before, or None.
-        reach: a goal that has moved by less than this since is projected near its last projection [m].
-    """
+def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
+    """The goal as the target of a part; `last`: what the part was to end in before, or None."""
     if last is None or last.goal is None:
         near = None
     elif last.goal == goal:
         return last
     else:
-        near = last.theta if _apart(goal, last.pose) < reach else None
+        near = last.theta if _apart(goal, last.pose) < PROJECTION_REACH else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
     if theta <= 0.5 * (part.start + part.end) and _apart(goal, part.last) <= _apart(goal, part.pose(theta)):
         theta = part.end  # of a path that comes back to where it began
@@ -94,13 +92,3 @@ def stop_on(part: PathPart, theta: float) -> Target:
     """A stop on the path at progress `theta` [m], or at its end, as its target."""
     theta = min(theta, part.end)
     return Target(pose=part.pose(theta), theta=theta, theta_end=part.end, kind=TargetKind.PATH_END)
-
-
-def staging_on(part: PathPart, goal: Pose2 | None, before: float) -> Target:
-    """A stop on the path so far `before` the goal's projection [m], or at its end where the goal lies behind.
-
-    `goal`: None for the path's last pose.
-    """
-    goal = goal or part.last
-    theta = part.project(goal.x, goal.y, heading=goal.phi)
-    return stop_on(part, part.end if theta >= part.end else max(theta - before, part.start))

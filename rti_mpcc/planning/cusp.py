@@ -25,7 +25,7 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
     next, or, within `Behaviour.cusp_shift` of the tolerance, the one that comes nearest to that.
     """
-    margin, index = config.footprint.margin, segment.index
+    margin, index = config.clearance.wanted, segment.index
     if _room([cusp], corridor, index, config)[0] == margin:
         return cusp
     most = config.behaviour.cusp_shift
@@ -36,7 +36,7 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
 
 def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
     """Clearance (n,) of the body [m] on the part and on the next one, as far as the margin counts it."""
-    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.footprint.margin
+    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.clearance.wanted
     both = [clearances(at, corridor, part, config.vehicle, margin) for part in (index, index + 1)]
     room: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
     return room

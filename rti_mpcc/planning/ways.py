@@ -10,6 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.ocp.room import REACTION_TIME
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
@@ -46,7 +47,7 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
     """Those of convex shapes (m_i, 2) that are near the body on what is left of the route [m]."""
     if not shapes:
         return []
-    within = config.caution.hard_minimum + config.narrow_passage.reaction_time * config.limits.speed
+    within = config.clearance.least + REACTION_TIME * config.limits.speed
     grid = ShapeGrid.of_shapes(shapes, np.arange(len(shapes)), len(shapes))
     parts = s.path.parts[s.task.segment.index :]
     near = np.zeros(len(shapes), dtype=np.bool_)

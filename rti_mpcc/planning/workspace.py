@@ -15,7 +15,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.ocp.room import room_along, with_obstacles
-from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, staging_on, stop_on
+from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -97,7 +97,7 @@ class Workspaces:
         else:
             room = room_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
-        core.room = room if config.corridor_rows else None
+        core.room = room
         pace = pace_of(core.part, config, core.room)
         return _Active(segment=segment, config=config, mpcc=core, corridor=corridor, pace=pace)
 
@@ -130,10 +130,10 @@ class Workspaces:
         """What the active segment, all of it, is to end in."""
         part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
         config = self._active.config
-        if end is SegmentEnd.STAGING_POSE:
-            return staging_on(part, goal, config.staging)
+        if s.task.whole.target is not None:
+            return s.task.whole.target(part, goal)
         if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target, reach=config.progress.projection_reach)
+            return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
             then = s.task.on_whole().segments[1]
             # To turn the wheels on the way costs heading at its end, and little way mends little of that.

@@ -15,10 +15,12 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.iteration import Solution
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
+from rti_mpcc.ocp.room import OUTWARD
+from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import Controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
@@ -202,16 +204,15 @@ def held_by(
     slack. A motion that is no solution of a QP (braking, standing) has none active.
     """
     states = command.trajectory.states[1:]
-    of_qp = config.corridor_rows and command.source in _FROM_QP and bool(np.isfinite(states).all())
+    of_qp = command.source in _FROM_QP and bool(np.isfinite(states).all())
     if corridor is None or not of_qp:
         return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
-    footprint, body = config.footprint, body_of(config.vehicle, config.footprint.pieces)
-    within = footprint.margin + footprint.near
-    found = corridor.contacts(
-        command.diagnostics.part, body, states[:, :POSE], within=within, outward=footprint.outward
-    )
-    active = found.apart < footprint.margin + TIGHT
-    lack = np.maximum(footprint.margin - found.apart, 0.0).reshape(len(states), -1).max(axis=1)
+    margin, body = config.clearance.wanted, body_of(config.vehicle, PIECES)
+    within = margin + NEAR
+    part = command.diagnostics.part
+    found = corridor.contacts(part, body, states[:, :POSE], within=within, outward=OUTWARD)
+    active = found.apart < margin + TIGHT
+    lack = np.maximum(margin - found.apart, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)
     turn = np.exp(1j * states[:, PHI])[:, None, None]
     place = (states[:, X] + 1j * states[:, Y])[:, None, None]

@@ -1,6 +1,6 @@
 """Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
 
-Clear is a body that is farther than `Caution.hard_minimum` from all obstacles that stand, and from boundaries
+Clear is a body that is farther than `Clearance.least` from all obstacles that stand, and from boundaries
 but for `Caution.contact_tolerance`: measurements tremble. A plan that begins nearer to one of them may swing
 the other end of the body out to get away, but must not touch it. That does not set in at once: from less than
 twice that distance a plan may come nearer by as much.
@@ -57,7 +57,7 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
 
     Boundaries count from `Caution.contact_tolerance` on, obstacles from nothing on.
     """
-    apart = clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
+    apart = clearances(states, surroundings.known, part, config.vehicle, config.clearance.least)
     if not np.count_nonzero(apart < 0.0):
         return None
     depths = -apart
@@ -127,7 +127,7 @@ def _obstacles_met(
     states: Array, corridor: Corridor, part: int, config: ControllerConfig
 ) -> NDArray[np.bool_]:
     """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
-    poses, within = np.ascontiguousarray(states[:, :POSE]), config.caution.hard_minimum
+    poses, within = np.ascontiguousarray(states[:, :POSE]), config.clearance.least
     apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
     met: NDArray[np.bool_] = apart[:, 1:] <= 0.0
     return met
@@ -148,9 +148,7 @@ def distance_to_moving(
     stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in moving:
-        _meets(
-            body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.caution.hard_minimum, near
-        )
+        _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)
     return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 
@@ -265,7 +263,7 @@ def stop_clearance(config: ControllerConfig) -> float:
     """Distance that a planned stop keeps from something that fills the way [m], with room to swing out past
     it."""
     caution = config.caution
-    return caution.swing_room * config.vehicle.width + config.footprint.margin + caution.check_spacing
+    return caution.swing_room * config.vehicle.width + config.clearance.wanted + caution.check_spacing
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:

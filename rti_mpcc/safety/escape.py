@@ -44,7 +44,7 @@ def _distance_until_free(
     state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
 ) -> float:
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
-    least, reach = config.caution.hard_minimum, config.escape.reach
+    least, reach = config.clearance.least, config.escape.reach
     ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
     states = arc(state, ways, steering, config.vehicle.wheelbase)
     apart = clearances(states, around.known, part, config.vehicle)

@@ -13,9 +13,9 @@ from pydantic import Field, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc.baselines import with_method
 from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, RoutePlanner, Vehicle
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import with_method
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.fields import (

@@ -14,9 +14,9 @@ from typing import Any
 
 import geometry
 from geometry.files import from_json, text
-from rti_mpcc.baselines import METHODS
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.simulation.campaign.case import MOST, CampaignCase, Problems
 from rti_mpcc.simulation.campaign.levels import Level
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
@@ -44,7 +44,7 @@ class CampaignSettings:
     count: int
     level: Level
     seed: int
-    method: str = Method.DYNAMIC.value
+    method: str = "dynamic"
     preset: str = "default"
     problems: Problems = Problems.COURSES
     deadline: float | None = None
