@@ -68,8 +68,16 @@ class Clearance(Settings):
         wanted: kept all round the body where there is room [m]; a planned route keeps 0.1 m more.
     """
 
+    ROUTES: ClassVar = 0.1
+    """What a route keeps on top of `wanted` [m]: what the vehicle driving it may leave of it."""
+
     least: NonNegative = 0.05
     wanted: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
+
+    @property
+    def on_routes(self) -> float:
+        """What a planned route keeps where there is room [m]."""
+        return self.wanted + self.ROUTES
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

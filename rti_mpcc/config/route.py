@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -13,17 +13,15 @@ class RoutePlanner(Settings):
     """How `plan_manoeuvre` looks for a way, and when a controller in an area looks for another one.
 
     Attributes:
-        margin: distance that the body keeps to all that stands where there is room [m];
-            hard_minimum: and everywhere [m].
         curvature_share: of the vehicle's largest curvature that a way takes: the rest is for control.
         steering_slope: change of the steering along the way, at most [rad/m].
         search_share: as `curvature_share`, of the search: it knows no change of the steering, and less leaves
-            room to smoothing; reserve: kept on top of the hard minimum in the search and by smooth ways [m].
+            room to smoothing; reserve: kept on top of `Clearance.least` in the search and by smooth ways [m].
         final_straight: length of the straight last piece of a way into the goal [m]; final_direction: +1:
             it is driven forward, -1: in reverse, 0: either way.
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
-            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard
-            minimum, on top of its own, falling to 0 at the margin.
+            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at
+            `Clearance.least`, on top of its own, falling to 0 at what is kept where there is room.
         arc: length of the arcs of the search; open: room beside the body from which on they are twice as
             long, both in radii of the sharpest bend.
         searches: one after the other until there is a way, each with the factor by which its lattice is
@@ -49,8 +47,11 @@ class RoutePlanner(Settings):
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
-    margin: NonNegative = 0.2
-    hard_minimum: NonNegative = 0.05
+    former: ClassVar = {
+        "margin": "clearance.wanted, of which routes keep 0.1 m more",
+        "hard_minimum": "clearance.least",
+    }
+
     curvature_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     steering_slope: Positive = 0.6
     search_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85

@@ -71,8 +71,10 @@ def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool
     """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
     within what is measured."""
     poses = np.concatenate([_poses(segment.part, config) for segment in manoeuvre.segments])
-    least = min(config.route.hard_minimum, manoeuvre.clearance) - config.caution.contact_tolerance
-    return bool((area.signed_distances(body_of(config.vehicle), poses, config.route.margin) >= least).all())
+    least = min(config.clearance.least, manoeuvre.clearance) - config.caution.contact_tolerance
+    return bool(
+        (area.signed_distances(body_of(config.vehicle), poses, config.clearance.on_routes) >= least).all()
+    )
 
 
 def _poses(part: PathPart, config: ControllerConfig) -> Array:

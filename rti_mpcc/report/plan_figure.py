@@ -153,12 +153,13 @@ def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, way: PlannedWay, limit: fl
 def _draw_clearance(axes: Axes, way: PlannedWay, clearance: Array, config: ControllerConfig) -> None:
     axes.plot(way.s, clearance, color=style.BLACK, linewidth=1.2, label="clearance")
     for value, color, name in (
-        (config.route.margin, style.GREEN, "margin"),
-        (config.route.hard_minimum, style.RED, "hard minimum"),
+        (config.clearance.on_routes, style.GREEN, "wanted clearance"),
+        (config.clearance.least, style.RED, "least clearance"),
     ):
         axes.axhline(value, color=color, linestyle="dashed", linewidth=0.9, label=name)
     most = min(float(np.max(clearance)), _MOST_SHOWN)
-    axes.set_ylim(min(0.0, 1.05 * float(np.min(clearance))), 1.1 * max(most, 2.0 * config.route.margin))
+    highest = max(most, 2.0 * config.clearance.on_routes)
+    axes.set_ylim(min(0.0, 1.05 * float(np.min(clearance))), 1.1 * highest)
     axes.set_ylabel("clearance [m]")
     axes.set_xlabel("way driven [m]")
     _finish(axes, way)

@@ -88,7 +88,7 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
         target = _goal(problem, last, reached) if ends_way else reached
         made = yield from _window(problem, window, at, target, last if ends_way else last[:0], kept)
         whole.append(made)
-        if made.clearance < settings.hard_minimum:
+        if made.clearance < problem.config.clearance.least:
             break
         at = poses_after(at, made.way)[-1]
     return Drivable(
@@ -149,13 +149,13 @@ def _smooth(
 def _smoothing(
     problem: Problem, window: Window, start: Array, target: Array, last: Array, line: Array | None
 ) -> Smoothing:
-    config, settings = problem.config, problem.config.route
+    config, settings, clearance = problem.config, problem.config.route, problem.config.clearance
     radius, way = 1.0 / config.max_curvature, window.way
     terms = SmoothingTerms(
         curvature=settings.curvature_share * config.max_curvature,
         slope=settings.steering_slope,
         wheelbase=config.vehicle.wheelbase,
-        margin=max(settings.margin, settings.hard_minimum + settings.reserve, CHECK),
+        margin=max(clearance.on_routes, clearance.least + settings.reserve, CHECK),
         spacing=settings.knots * radius,
         piece=settings.knots * radius / 4.0,
         look=settings.knots * radius / 2.0,

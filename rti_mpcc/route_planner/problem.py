@@ -85,8 +85,8 @@ class Problem:
     @property
     def within(self) -> float:
         """So far clearances are told [m]."""
-        route = self.config.route
-        return 2.0 * max(route.margin, route.hard_minimum + route.reserve) + _AROUND
+        clearance = self.config.clearance
+        return 2.0 * max(clearance.on_routes, clearance.least + self.config.route.reserve) + _AROUND
 
     @property
     def room(self) -> tuple[float, float]:
@@ -124,12 +124,11 @@ class Problem:
     def terms(self, room: float) -> Terms:
         """What a way costs, and how it is searched, where the ends have so much room [m]."""
         config, vehicle = self.config, self.config.vehicle
-        settings = config.route
+        settings, clearance = config.route, config.clearance
         radius = 1.0 / (settings.search_share * config.max_curvature)
         length = vehicle.front + vehicle.rear
-        least = min(settings.hard_minimum + settings.reserve, room - CHECK)
-        margin = max(least, settings.hard_minimum)
-        near = max(settings.margin, margin) + 1e-6
+        margin = max(min(clearance.least + settings.reserve, room - CHECK), clearance.least)
+        near = max(clearance.on_routes, margin) + 1e-6
         return Terms(
             radius=radius,
             wheelbase=vehicle.wheelbase,
@@ -148,7 +147,7 @@ class Problem:
             weight=1.0,
             finer=1.0,
             fine=1.5 * length,
-            tight=settings.margin,
+            tight=clearance.on_routes,
             more=0.5,
         )
 

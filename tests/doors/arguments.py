@@ -31,7 +31,6 @@ from rti_mpcc import (
     DriveTo,
     RtiMpcc,
     Segment,
-    SpeedProfile,
     Trajectory,
     Vehicle,
     Wait,
@@ -316,7 +315,7 @@ DOORS: dict[str, Door] = {
             "margin": 0.1,
             "dwell": 1.0,
             "objective": CONTOURING,
-            "final": None,
+            "target": None,
             "stop": None,
             "piece_of": None,
         },
@@ -329,7 +328,6 @@ DOORS: dict[str, Door] = {
         },
     ),
     "Segment.limited": Door(call=SEGMENT.limited, valid={"config": CONFIG}),
-    "SpeedProfile.at_stop": Door(call=SpeedProfile().at_stop, valid={"behind": 1.0}),
     "Straight": Door(
         call=rti_mpcc.Straight,
         valid={

@@ -73,12 +73,10 @@ def test_a_guess_is_finite_and_within_the_limits_of_the_vehicle_wherever_the_tar
     state, target = state_before(part, left, 0.0, 0.0, speed, delta), target_beside(part, offset, turn)
     distance = hypot(max(left, 0.0), offset)
     time = min(arrival_time(distance, speed, config), 300.0)
-    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages, config.fine_stage))
+    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages))
     pace = pace_of(part, config)
     check(arrival_guess(part, target, state, times, distance, pace, config), state, target, config)
-    times = stage_times(
-        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
-    )
+    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
     check(cruise_guess(part, target, state, times, pace, config), state, target, config)
 
 
@@ -96,7 +94,7 @@ def test_a_guess_to_a_target_beside_the_vehicle_is_no_faster_than_the_speed_limi
     state, target = state_before(part, left, 0.0, 0.0, speed, 0.0), target_beside(part, offset, turn)
     distance = hypot(left, offset)
     time = arrival_time(distance, speed, config)
-    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages, config.fine_stage))
+    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages))
     guess = arrival_guess(part, target, state, times, distance, pace_of(part, config), config)
     assert np.abs(guess.states[:, V]).max() <= config.limits.speed
 
@@ -115,7 +113,7 @@ def test_a_guess_from_beside_the_path_ends_at_the_target_and_looks_along_it(
     target = goal_on(part, part.last)
     distance = hypot(left, beside)
     time = min(arrival_time(distance, speed, config), 300.0)
-    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages, config.fine_stage))
+    times = stage_times(0.0, stage_lengths(time, config.cycle, config.stages))
     guess = arrival_guess(part, target, state, times, distance, pace_of(part, config), config)
     check(guess, state, target, config)
     steps = np.diff(guess.states[:, :2], axis=0)

@@ -21,7 +21,7 @@ from rti_mpcc.types import Array, Trajectory
 from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
 
 CONFIG = ControllerConfig(caution=Caution(check_spacing=0.01))
-LEAST = CONFIG.caution.hard_minimum
+LEAST = CONFIG.clearance.least
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 
 

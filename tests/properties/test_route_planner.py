@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from geometry import Area, Pose2, ReferencePath, wrap
 from geometry.arrays import Array
-from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
+from rti_mpcc.config import Clearance, ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.arcs import after, joined, length_of, poses_after, split
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go, looked_up
@@ -87,41 +87,42 @@ def over_cells(x: float, y: float) -> float:
 @FEW
 @given(
     wheelbase=st.floats(0.05, 20.0),
-    margin=st.floats(0.0, 3.0),
-    hard_minimum=st.floats(0.0, 3.0),
+    least=st.floats(0.0, 3.0),
+    more=st.floats(0.0, 3.0),
     reserve=st.floats(0.0, 0.1),
     room=st.floats(0.0, 5.0),
 )
-@example(wheelbase=2.875, margin=0.2, hard_minimum=0.05, reserve=0.03, room=1.4)
-@example(wheelbase=0.18, margin=0.2, hard_minimum=0.05, reserve=0.03, room=1.4)
-@example(wheelbase=2.875, margin=0.2, hard_minimum=0.5, reserve=0.03, room=0.501)
-@example(wheelbase=2.875, margin=0.2, hard_minimum=1.5, reserve=0.03, room=1.4)
-@example(wheelbase=2.875, margin=0.0, hard_minimum=0.0, reserve=0.0, room=0.0)
+@example(wheelbase=2.875, least=0.05, more=0.05, reserve=0.03, room=1.4)
+@example(wheelbase=0.18, least=0.05, more=0.05, reserve=0.03, room=1.4)
+@example(wheelbase=2.875, least=0.5, more=0.0, reserve=0.03, room=0.501)
+@example(wheelbase=2.875, least=0.0, more=0.0, reserve=0.0, room=0.0)
 def test_a_planner_looks_at_least_as_far_as_the_margin_that_it_asks_for(
-    wheelbase: float, margin: float, hard_minimum: float, reserve: float, room: float
+    wheelbase: float, least: float, more: float, reserve: float, room: float
 ) -> None:
-    config = car(wheelbase, RoutePlanner(margin=margin, hard_minimum=hard_minimum, reserve=reserve))
+    clearance = Clearance(least=least, wanted=least + more)
+    config = car(wheelbase, RoutePlanner(reserve=reserve)).changed(clearance=clearance)
     problem = Problem.of(Pose2(0.0, 0.0, 0.0), Pose2(5.0, 0.0, 0.0), yard(20.0), config)
     terms = problem.terms(room)
     assert np.isfinite(terms).all()
     assert min(terms.radius, terms.arc, terms.check, terms.cell) > 0.0
-    assert terms.margin >= hard_minimum
+    assert terms.margin >= least
     assert terms.near > terms.margin
     assert terms.open > terms.margin
-    assert problem.within > hard_minimum + reserve
+    assert problem.within > least + reserve
 
 
 @FEWER
-@given(wheelbase=WHEELBASES, hard_minimum=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
-@example(wheelbase=2.875, hard_minimum=0.05)
-@example(wheelbase=0.18, hard_minimum=0.05)
-@example(wheelbase=0.5, hard_minimum=0.2)
-@example(wheelbase=2.875, hard_minimum=1.25)
-@example(wheelbase=2.875, hard_minimum=2.0)
+@given(wheelbase=WHEELBASES, least=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
+@example(wheelbase=2.875, least=0.05)
+@example(wheelbase=0.18, least=0.05)
+@example(wheelbase=0.5, least=0.2)
+@example(wheelbase=2.875, least=1.25)
+@example(wheelbase=2.875, least=2.0)
 def test_in_an_empty_yard_there_is_a_route_for_any_vehicle_and_any_margin(
-    wheelbase: float, hard_minimum: float
+    wheelbase: float, least: float
 ) -> None:
-    config = car(wheelbase, RoutePlanner(hard_minimum=hard_minimum))
+    clearance = Clearance(least=least, wanted=max(least, 0.1))
+    config = car(wheelbase, RoutePlanner()).changed(clearance=clearance)
     goal = Pose2(4.0 * wheelbase, 1.0 * wheelbase, 0.3)
     made = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), goal, yard(20.0 * wheelbase + 5.0), config)
     assert made.outcome is PlanOutcome.FOUND, made.reason
@@ -135,8 +136,9 @@ def test_in_an_empty_yard_there_is_a_route_for_any_vehicle_and_any_margin(
 def test_what_is_close_costs_the_more_the_closer_it_is_and_nothing_beyond_the_margin(
     clear: float, more: float
 ) -> None:
-    for margin in (0.0, 0.2, 1e-9):
-        config = ControllerConfig(route=RoutePlanner(margin=margin, hard_minimum=0.0, reserve=0.0))
+    for wanted in (0.0, 0.1, 1e-9):
+        clearance = Clearance(least=0.0, wanted=wanted)
+        config = ControllerConfig(clearance=clearance, route=RoutePlanner(reserve=0.0))
         terms = Problem.of(Pose2(0.0, 0.0, 0.0), Pose2(5.0, 0.0, 0.0), yard(20.0), config).terms(1.0)
         there = closeness_of(clear, terms)
         assert 0.0 <= closeness_of(clear + more, terms) <= there <= terms.closeness
@@ -224,10 +226,10 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
 def test_what_is_left_to_a_goal_is_nothing_there_and_no_more_than_a_way_over_the_cells(
     cell: float, x: float, y: float
 ) -> None:
-    area, config = yard(5.0), RoutePlanner()
+    area, config = yard(5.0), ControllerConfig()
     low, high = np.array([-5.0, -5.0]), np.array([5.0, 5.0])
 
-    apart = result_of(axle_clearances(area.grid, low, high, cell, 0.8 + config.margin + cell))
+    apart = result_of(axle_clearances(area.grid, low, high, cell, 0.8 + config.clearance.on_routes + cell))
     known = result_of(cost_to_go(apart, low, cell, 0.8, (0.0, 0.0), config))
     left = float(looked_up(known, x, y))
     assert known.cost.min() == 0.0

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour.conditions import standing_since
 from rti_mpcc.behaviour.transitions import transition_by_condition
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd, segments_of
 from rti_mpcc.model.layout import CONTROLS, STATES
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.context import PlanningContext

@@ -103,7 +103,7 @@ def test_docks_from_a_map_in_ten_lines(tmp_path: Path) -> None:
     assert command.docked
     assert Pose2(plant.x, plant.y, plant.phi).relative_to(BEYOND).within((0.06, 0.06, 0.04))
     assert controller.manoeuvre is not None
-    assert controller.manoeuvre.clearance > ROUTE.hard_minimum
+    assert controller.manoeuvre.clearance > BRISK.clearance.least
     assert controller.path is not None
     assert controller.path.length == pytest.approx(controller.manoeuvre.length)
     assert controller.planning_seconds == pytest.approx(controller.manoeuvre.seconds, rel=1e-3)

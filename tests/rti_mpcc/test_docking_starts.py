@@ -292,7 +292,7 @@ def test_one_qp_is_solved_wherever_it_is_linearised(name: str, direction: int, a
     state = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta, theta])
     on_path = part.pose(theta)
     usual = np.array([on_path.x, on_path.y, on_path.phi, 0.0, 0.0, theta])
-    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
     times = stage_times(0.0, lengths)
     begun = state if about == "the start" else usual
     mpcc.prepare(0.0, plan=cruise_guess(part, mpcc.target, begun, times, pace_of(part, config), config))

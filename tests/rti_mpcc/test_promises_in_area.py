@@ -69,7 +69,7 @@ def test_the_promises_hold_whatever_the_controller_is_told(chunk: int) -> None:
 
 SOLID = shapely.union_all([shapely.Polygon(ring) for ring in (*ROOMS.obstacles, CART)])
 INSIDE = shapely.Polygon(ROOMS.boundary)
-LEAST = BRISK.caution.hard_minimum - BRISK.caution.contact_tolerance
+LEAST = BRISK.clearance.least - BRISK.caution.contact_tolerance
 """So near a plan that is driven may come to what stands [m]."""
 
 

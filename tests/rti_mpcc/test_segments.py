@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,9 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.config import Behaviour, ControllerConfig, Method
-from rti_mpcc.manoeuvre import FinalObjective, PlannedStop
-from rti_mpcc.ocp.objectives import CONTOURING
+from rti_mpcc.config import Behaviour, ControllerConfig
+from rti_mpcc.manoeuvre import PlannedStop
+from rti_mpcc.paper import with_method
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.recording import Recorder
@@ -108,8 +108,8 @@ def test_a_segment_has_limits_of_its_own() -> None:
 
 
 def test_a_separated_docking_is_one_segment_more() -> None:
-    ends = [segment.end for segment in segments_of(PATH, ControllerConfig(method=Method.SEPARATED))]
-    assert ends == [SegmentEnd.CUSP, SegmentEnd.STAGING_POSE, SegmentEnd.GOAL]
+    ends = [segment.end for segment in segments_of(PATH, with_method(CONFIG, "separated"))]
+    assert ends == [SegmentEnd.CUSP, SegmentEnd.CUSP, SegmentEnd.GOAL]
     assert [segment.end for segment in segments_of(PATH, CONFIG)] == [SegmentEnd.CUSP, SegmentEnd.GOAL]
 
 
@@ -131,24 +131,17 @@ def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
 
 
 def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven() -> None:
-    segment, caution = segments_of(PATH, CONFIG)[0], CONFIG.caution
-    least = caution.hard_minimum + caution.contact_tolerance
+    segment, least = segments_of(PATH, CONFIG)[0], CONFIG.planned_minimum
     assert segment.limited(CONFIG) is CONFIG
     assert replace(segment, margin=0.3).limited(CONFIG) is CONFIG
     for planned, kept in ((0.08, 0.08), (0.051, least), (0.0, least)):
-        assert replace(segment, margin=planned).limited(CONFIG).footprint.margin == kept
-
-
-@pytest.mark.parametrize("within", [0.0, -1.0, nan])
-def test_a_final_objective_is_for_some_of_the_path(within: float) -> None:
-    with pytest.raises(InputError, match="within"):
-        FinalObjective(CONTOURING, within=within)
+        assert replace(segment, margin=planned).limited(CONFIG).clearance.wanted == kept
 
 
 def test_the_tolerance_at_a_cusp_is_a_setting() -> None:
     tight = Behaviour(cusp_tolerance=(0.05, 0.04, 0.03))
-    for method in Method:
-        *before, goal = segments_of(PATH, ControllerConfig(method=method, behaviour=tight))
+    for method in ("dynamic", "separated", "switched"):
+        *before, goal = segments_of(PATH, with_method(ControllerConfig(behaviour=tight), method))
         assert {segment.tolerance for segment in before} == {tight.cusp_tolerance}
         assert goal.tolerance == ControllerConfig().goal_tolerance
 

@@ -9,13 +9,14 @@ import pytest
 
 from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due
 from rti_mpcc.behaviour.transitions import ON_ITS_WAY
-from rti_mpcc.config import ControllerConfig, Method
-from rti_mpcc.manoeuvre import PlannedStop
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import PlannedStop, segments_of
 from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.paper import with_method
+from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import (
     Arrival,
@@ -245,7 +246,8 @@ def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_
         "area": after_changes(5),
     }
     s = planned(**kept, stop=stop_at(3.0), waiting=True, latched="why")
-    staged = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
-    for segments, final in (((BEFORE, *SEGMENTS), False), (staged, True)):
+    staged = segments_of(PATH, with_method(ControllerConfig(), "separated"))
+    s = put(s, successor=CartesianPose())
+    for segments in ((BEFORE, *SEGMENTS), staged):
         after = moves.next_segment(put(s, begin=np.zeros(6), segments=segments))
-        assert after == state(**kept, segments=segments[1:], final=final)
+        assert after == state(**kept, segments=segments[1:])

@@ -20,7 +20,9 @@ from rti_mpcc.behaviour.transitions import (
     transition_by_condition,
     transition_on,
 )
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.paper import with_method
+from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled
 from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, RouteState, Stall
@@ -41,7 +43,7 @@ from tests.rti_mpcc.states import (
 
 CONFIG = ControllerConfig(dead_time=0.2)
 BEHAVIOUR = CONFIG.behaviour
-SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
+SEPARATED = with_method(CONFIG, "separated")
 NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
 LONG = BEHAVIOUR.standstill_time + 1.0
@@ -125,7 +127,7 @@ def test_an_arrival_whose_plan_misses_stalls_before_it_is_long_overdue_where_way
 
 
 def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck() -> None:
-    standing, posing = contexts.standing(19.0), contouring(final=True)
+    standing, posing = contexts.standing(19.0), contouring(successor=CartesianPose())
     assert decided(put(posing, standing_since=8.0), standing, SEPARATED).task.phase is Phase.CONTOURING
     long = put(posing, standing_since=10.0 - BEHAVIOUR.turning_time)
     assert decided(long, standing, SEPARATED).task.phase is Phase.STALLED

@@ -8,13 +8,13 @@ from math import pi
 import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
-from rti_mpcc.config import Progress
-from rti_mpcc.ocp.targets import TargetKind, ended_at, goal_on, path_end, staging_on, stop_on
+from rti_mpcc.ocp.targets import PROJECTION_REACH, TargetKind, ended_at, goal_on, path_end, stop_on
+from rti_mpcc.paper.objective import StagingPose
 
 ROUND = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]
 """It comes past every place of a circle more than once."""
 TURN = 8.0 * pi
-REACH = Progress().projection_reach
+REACH = PROJECTION_REACH
 
 
 def part() -> PathPart:
@@ -48,19 +48,19 @@ def test_a_goal_is_projected_and_its_heading_on_the_branch_of_the_path() -> None
 def test_a_goal_that_stays_where_it_is_stays_the_same_target() -> None:
     goal = Pose2(18.0, 1.0, 0.1)
     target = goal_on(part(), goal)
-    assert goal_on(part(), Pose2(18.0, 1.0, 0.1), target, reach=REACH) is target
-    assert goal_on(part(), goal, path_end(part()), reach=REACH) == target
+    assert goal_on(part(), Pose2(18.0, 1.0, 0.1), target) is target
+    assert goal_on(part(), goal, path_end(part())) == target
 
 
 @pytest.mark.parametrize("theta", [5.0, 5.0 + TURN])
 def test_a_goal_that_hardly_moves_is_projected_near_its_last_projection(theta: float) -> None:
     """Where the path comes there again, noise makes no jumps; a goal that leaps is projected anew."""
     last = replace(goal_on(ROUND, ROUND.pose(theta)), theta=theta)
-    assert goal_on(ROUND, ROUND.pose(5.1), last, reach=REACH).theta == pytest.approx(theta + 0.1, abs=1e-6)
+    assert goal_on(ROUND, ROUND.pose(5.1), last).theta == pytest.approx(theta + 0.1, abs=1e-6)
     leapt = ROUND.pose(5.0 + 2.0 * REACH)
-    assert goal_on(ROUND, leapt, last, reach=REACH).theta == goal_on(ROUND, leapt).theta
+    assert goal_on(ROUND, leapt, last).theta == goal_on(ROUND, leapt).theta
 
 
 def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
     goals = (Pose2(18.0, 1.0, 0.1), Pose2(5.0, 1.0, 0.1), Pose2(23.0, 1.0, 0.1), None)
-    assert [staging_on(part(), goal, 7.0).stop for goal in goals] == pytest.approx([11.0, 0.0, 20.0, 20.0])
+    assert [StagingPose(7.0)(part(), goal).stop for goal in goals] == pytest.approx([11.0, 0.0, 20.0, 20.0])

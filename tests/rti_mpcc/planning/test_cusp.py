@@ -19,7 +19,7 @@ CONFIG = ControllerConfig()
 CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
 SHIFT = CONFIG.behaviour.cusp_shift
 BENT = [(-1, 0.0, 8.0), (1, 0.08, 14.0)]
-MARGIN = CONFIG.footprint.margin
+MARGIN = CONFIG.clearance.wanted
 
 
 def corridor(path: ReferencePath, *narrowings: Narrowing) -> Corridor:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import Caution, ControllerConfig, Footprint
+from rti_mpcc.config import Clearance, ControllerConfig
 from rti_mpcc.planning import goals, validation
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.state import GoalState
@@ -99,11 +99,8 @@ def test_less_room_than_the_margin_is_remarked(room: float, said: bool) -> None:
 
 def test_where_no_margin_is_kept_none_is_missed() -> None:
     tight = Pose2(15.0, 3.0 - HALF - 0.05, 0.0)
-    for config in (
-        ControllerConfig(corridor_rows=False),
-        ControllerConfig(footprint=Footprint(margin=0.0), caution=Caution(hard_minimum=0.0)),
-    ):
-        assert goals.checked_again(None, tight, PATH, LANE, config).remark == ""
+    config = ControllerConfig(clearance=Clearance(least=0.0, wanted=0.0))
+    assert goals.checked_again(None, tight, PATH, LANE, config).remark == ""
 
 
 def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_said() -> None:

@@ -29,7 +29,7 @@ PATH, _ = standing_route(Pose2(0.0, 0.0, 0.0))
 
 
 def check(goal: Pose2, area: Area = YARD, path: ReferencePath = PATH) -> GoalFit:
-    return goals.checked(goal, path, Corridor.in_area(area), VEHICLE, LIMITS, margin=CONFIG.footprint.margin)
+    return goals.checked(goal, path, Corridor.in_area(area), VEHICLE, LIMITS, margin=CONFIG.clearance.wanted)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_a_goal_may_be_anywhere_and_turned_anyhow(goal: Pose2) -> None:
     fit = check(goal)
     assert (fit.problem, fit.remark, fit.excess) == ("", "", 0.0)
     assert fit.pose == fit.beside == goal
-    assert fit.room > CONFIG.footprint.margin
+    assert fit.room > CONFIG.clearance.wanted
 
 
 @pytest.mark.parametrize(

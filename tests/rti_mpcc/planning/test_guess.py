@@ -45,13 +45,13 @@ def on_path(mpcc: RtiMpcc, speed: float) -> Array:
 def arrival(
     mpcc: RtiMpcc, state: Array, horizon: float = 20.0, of: Callable[..., Trajectory] = arrival_guess
 ) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages))
     distance = mpcc.target.theta - float(state[THETA])
     return of(mpcc.part, mpcc.target, state, times, distance, pace_of(mpcc.part, CONFIG), CONFIG)
 
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
     return cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, CONFIG), CONFIG)
 
 
@@ -121,7 +121,7 @@ def test_an_arrival_is_begun_no_faster_than_the_qp_allows(direction: int, speed:
     way = mpcc.target.theta - float(state[THETA])
     highest = pace.ahead(float(state[THETA]), way, CONFIG)
     duration = time_to_go(way, speed, CONFIG.arrival_acceleration, 1.0, highest)
-    times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages))
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)
     assert (progress_rate(guess) <= NARROW.speed_at(guess.states[1:, THETA]) + 0.05).all()
     assert guess.states[-1, THETA] == pytest.approx(min(mpcc.target.theta, mpcc.target.stop), abs=0.05)
@@ -133,7 +133,7 @@ def test_a_cruise_is_begun_no_faster_than_the_qp_allows(direction: int, speed: f
     """And is the same as without anything narrow where it comes to nothing that is."""
     mpcc = core(direction)
     state, part = on_path(mpcc, speed), mpcc.part
-    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages))
     free, narrow = (
         cruise_guess(part, mpcc.target, state, times, pace_of(part, CONFIG, room), CONFIG)
         for room in (None, NARROW)
@@ -150,7 +150,7 @@ def test_comfort_alone_leaves_the_guess_the_cubic_that_begins_without_a_step() -
     mpcc = core(1)
     state = on_path(mpcc, 0.8)
     way = mpcc.target.theta - float(state[THETA])
-    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages))
     slow = Pace(theta=np.array([0.0, 30.0]), speed=np.array([0.3, 0.3]))
     guesses = [
         arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)
@@ -195,7 +195,7 @@ def test_steering_that_takes_longer_to_turn_than_there_is_time_leaves_a_stage_fo
     mpcc = core(direction)
     state = on_path(mpcc, 2.0)
     state[DELTA] = -0.6
-    times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages))
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, 1.0, pace_of(mpcc.part, CONFIG), CONFIG)
     assert guess.states.shape == (CONFIG.stages + 1, 6)
     assert np.isfinite(guess.states).all()

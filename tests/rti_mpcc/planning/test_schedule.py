@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.baselines import segments_of
-from rti_mpcc.config import ControllerConfig, Limits, Method
+from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.manoeuvre import segments_of
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
+from rti_mpcc.paper import with_method
+from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.planning import schedule
 from rti_mpcc.planning.arrival import arrival_time
 from rti_mpcc.planning.context import PlanningContext
@@ -37,8 +39,8 @@ from tests.rti_mpcc.states import (
 CONFIG = ControllerConfig(dead_time=0.2)
 TIMING = CONFIG.arrival_timing
 LEAST = TIMING.least_time
-SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
-SWITCHED = CONFIG.model_copy(update={"method": Method.SWITCHED})
+SEPARATED = with_method(CONFIG, "separated")
+SWITCHED = with_method(CONFIG, "switched")
 
 
 def arrival_of(s: ControllerState | None) -> Arrival:
@@ -275,23 +277,23 @@ def at(theta: float) -> Array:
     return here
 
 
-def test_the_final_objective_is_due_so_much_of_the_path_before_the_stop() -> None:
+def test_another_objective_takes_over_so_much_of_the_path_before_the_stop() -> None:
     reach = SWITCHED.weights.transition_reach
     stop = contexts().target.stop
     near, far = (contexts(state=at(stop - reach * share)) for share in (0.99, 1.01))
     switched = contouring(segments=segments_of(PATH, SWITCHED))
-    assert schedule.final_due(switched, near)
-    assert not schedule.final_due(switched, far)
-    assert not schedule.final_due(contouring(), near)
-    assert not schedule.final_due(put(switched, final=True), near)
-    assert not schedule.final_due(put(switched, segments=(BEFORE, *switched.task.segments)), near)
-    assert not schedule.final_due(switched, replace(near, free=False))
+    assert schedule.successor_due(switched, near)
+    assert not schedule.successor_due(switched, far)
+    assert not schedule.successor_due(contouring(), near)
+    assert not schedule.successor_due(put(switched, successor=CartesianPose()), near)
+    assert not schedule.successor_due(put(switched, segments=(BEFORE, *switched.task.segments)), near)
+    assert not schedule.successor_due(switched, replace(near, free=False))
     beside = replace(far, error=Pose2(-0.5 * reach, 0.0, 0.0))
-    assert not schedule.final_due(switched, beside)
+    assert not schedule.successor_due(switched, beside)
 
 
 @pytest.mark.parametrize("config", [SWITCHED, SEPARATED])
-def test_a_segment_with_a_final_objective_plans_no_arrival(config: ControllerConfig) -> None:
+def test_a_segment_that_is_not_arrived_at_plans_no_arrival(config: ControllerConfig) -> None:
     assert schedule.arrival_due(contouring(), contexts(), CONFIG)
     assert not schedule.arrival_due(arriving(), contexts(), CONFIG)
     *before, goal = segments_of(PATH, config)
@@ -309,4 +311,4 @@ def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
     assert schedule.too_late(contouring(), near, CONFIG)
     assert not schedule.too_late(contouring(), far, CONFIG)
     assert not schedule.too_late(arriving(), near, CONFIG)
-    assert not schedule.too_late(contouring(final=True), near, SEPARATED)
+    assert not schedule.too_late(contouring(successor=CartesianPose()), near, SEPARATED)

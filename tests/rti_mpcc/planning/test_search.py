@@ -36,7 +36,7 @@ def mpcc() -> RtiMpcc:
 @pytest.fixture(scope="module")
 def solution(mpcc: RtiMpcc) -> Solution:
     """A plan fit to be driven, from 1 m/s."""
-    times = stage_times(0.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    times = stage_times(0.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
     plan = obedient(np.array([5.0, 0.0, 0.0, 1.0, 0.05, 5.0]), times)
     mpcc.prepare(0.0, plan=plan)
     solution = mpcc.feedback(plan.states[0], 0.0)

@@ -41,7 +41,7 @@ class Drive:
 
     def solve(self) -> tuple[Array, Array, Array]:
         """States, controls and slacks of the one QP."""
-        pattern = build_pattern(N, 1, 1, SolverSettings())
+        pattern = build_pattern(N, 1, 1)
         states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
         states[:, X] = states[:, THETA] = H * np.arange(N + 1)
         states[:, V], controls[:, THETA_DOT] = 1.0, 1.0

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Narrowing, PathPart, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, SolverSettings, SpeedProfile, Vehicle
+from rti_mpcc.config import ControllerConfig, SolverSettings, Vehicle
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.footprint import body_of
+from rti_mpcc.paper import with_method
 from rti_mpcc.recording import Header
 from rti_mpcc.recording.codec import structured
 from rti_mpcc.recording.lines import from_line, to_line
@@ -93,9 +94,8 @@ def test_corridor(path: ReferencePath, corridor: Corridor) -> None:
         ControllerConfig(),
         ControllerConfig.paper(cycle=0.07),
         ControllerConfig.paper_printed(),
-        ControllerConfig(
-            deadline=0.1 + 0.2, speed_profile=SpeedProfile(), solver=SolverSettings(tolerance=1 / 3e5)
-        ),
+        with_method(ControllerConfig(), "separated"),
+        ControllerConfig(deadline=0.1 + 0.2, solver=SolverSettings(tolerance=1 / 3e5)),
     ],
 )
 def test_config(config: ControllerConfig) -> None:

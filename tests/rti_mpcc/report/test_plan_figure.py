@@ -106,8 +106,8 @@ def level(axes: Axes, label: str) -> float:
 def test_limits_and_margins_stand_where_they_are(figure: Figure) -> None:
     _, curvature, clearance = figure.axes
     assert level(curvature, "vehicle's limit") == pytest.approx(CONFIG.max_curvature)
-    assert level(clearance, "margin") == CONFIG.route.margin
-    assert level(clearance, "hard minimum") == CONFIG.route.hard_minimum
+    assert level(clearance, "margin") == CONFIG.clearance.on_routes
+    assert level(clearance, "hard minimum") == CONFIG.clearance.least
     assert curvature.get_ylim()[1] > CONFIG.max_curvature
 
 

@@ -14,6 +14,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
+from rti_mpcc.model.footprint import PIECES
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.views import TIGHT, ObservedCycle, Observer, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
@@ -23,7 +24,7 @@ from tests.rti_mpcc.docking_runs import short
 
 REST = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
 CONFIG = ControllerConfig()
-MARGIN = CONFIG.footprint.margin
+MARGIN = CONFIG.clearance.wanted
 HALF_WIDTH = 0.5 * CONFIG.vehicle.width
 LEFT, RIGHT = 3.0, -4.0
 
@@ -119,7 +120,7 @@ def test_half_plane_is_active_where_the_body_has_hardly_more_than_the_margin(
 ) -> None:
     planes, lacking = held_by(along(command, LEFT - HALF_WIDTH - room), straight(), CONFIG)
     assert lacking == pytest.approx(np.full(CONFIG.stages, lack), abs=1e-6)
-    assert len(planes.points) == (CONFIG.stages * CONFIG.footprint.pieces if active else 0)
+    assert len(planes.points) == (CONFIG.stages * PIECES if active else 0)
     assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), LEFT), abs=1e-9)
     assert planes.normals == pytest.approx(np.tile([0.0, -1.0], (len(planes.points), 1)), abs=1e-6)
 
@@ -129,8 +130,8 @@ def test_stages_are_told_apart(command: Command) -> None:
     sideways[7] = RIGHT + HALF_WIDTH + MARGIN - 0.03
     planes, lacking = held_by(along(command, sideways), straight(), CONFIG)
     assert np.flatnonzero(lacking).tolist() == [6]
-    assert len(planes.points) == CONFIG.footprint.pieces
-    assert planes.normals[:, 1] == pytest.approx(np.ones(CONFIG.footprint.pieces))
+    assert len(planes.points) == PIECES
+    assert planes.normals[:, 1] == pytest.approx(np.ones(PIECES))
 
 
 def test_obstacles_hold_a_plan_too(command: Command) -> None:
@@ -158,12 +159,6 @@ def test_a_motion_that_is_no_solution_is_held_by_none(command: Command, source: 
     planes, lacking = held_by(beside, straight(), CONFIG)
     assert not len(planes.points)
     assert not lacking.any()
-
-
-def test_without_corridor_rows_none_acts(command: Command) -> None:
-    assert len(held_by(along(command, LEFT), straight(), CONFIG)[0].points) > 0
-    config = ControllerConfig(corridor_rows=False)
-    assert len(held_by(along(command, LEFT), straight(), config)[0].points) == 0
 
 
 def test_arrays_are_read_only(film: Any) -> None:

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
+from rti_mpcc.baselines import segments_of
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
@@ -17,7 +17,7 @@ from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig()
-LEAST = CONFIG.caution.hard_minimum
+LEAST = CONFIG.clearance.least
 WALL_AT = 20.0
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 
@@ -82,7 +82,7 @@ def beside_the_wall(room: float, onwards: float) -> Trajectory:
 
 
 def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_less_noise() -> None:
-    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
+    inside, least = corridor(wall_at=None), CONFIG.clearance.least - CONFIG.caution.contact_tolerance
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
     assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CONFIG.caution.check_spacing)
@@ -124,10 +124,10 @@ def test_at_the_stop_clearance_no_row_is_violated_and_there_is_room_to_swing_out
     pose = np.array([[WALL_AT - vehicle.front - room, 0.0, 0.0]])
     found = corridor().contacts(0, body_of(vehicle, 2), pose, within=9.0, outward=0.0)
     assert found.apart[0, 1, 2] == pytest.approx(room)
-    rows = corridor_rows(np.zeros(1), found, CONFIG.footprint.model_copy(update={"near": 9.0}))
+    rows = corridor_rows(np.zeros(1), found, CONFIG.clearance.wanted, near=9.0)
     assert rows is not None
     assert rows.lower.max() <= 0.0
-    assert room > CONFIG.footprint.margin + CONFIG.caution.check_spacing + 0.3 * vehicle.width
+    assert room > CONFIG.clearance.wanted + CONFIG.caution.check_spacing + 0.3 * vehicle.width
 
 
 # -- what the body overlaps ----------------------------------------------------------------------------------
@@ -219,7 +219,7 @@ def test_who_walks_onto_the_way_in_time_is_met_and_who_walks_off_it_is_not() -> 
 def test_what_moves_is_met_where_another_library_says() -> None:
     """Equation (S1), body by body."""
     random, met = np.random.default_rng(8), 0
-    least, limits = CONFIG.caution.hard_minimum, CONFIG.limits
+    least, limits = CONFIG.clearance.least, CONFIG.limits
     for _ in range(40):
         plan = straight_on(0.0, 20.0)
         walker = walking(*random.uniform((4.0, -8.0), (20.0, 8.0)), *random.uniform((0.3, -3.1), (2.0, 3.1)))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.config import RoutePlanner
+from rti_mpcc.config import Clearance
 from rti_mpcc.errors import InputError, ScenarioError
 from rti_mpcc.simulation import (
     Scenario,
@@ -67,7 +67,7 @@ def test_built_in_ones_have_room_at_start_and_goal(name: str, caplog: pytest.Log
     ends = [scenario.start_pose(), scenario.goal_pose()]
     poses = np.array([(pose.x, pose.y, pose.phi) for pose in ends])
     room = SolidThings.of(scenario.build_area()).clearance(poses, scenario.build_vehicle())
-    assert (room > RoutePlanner().margin - 0.01).all()
+    assert (room > Clearance().on_routes - 0.01).all()
     assert not caplog.records
 
 
