@@ -33,7 +33,8 @@ import numpy as np
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import AXLE, body_polygons, clearances
+from rti_mpcc.model.footprint import body_polygons, clearances
+from rti_mpcc.paper.terms import AXLE
 from rti_mpcc.simulation import RunResult, Scenario, changed, drawn_course, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import spread
 from rti_mpcc.types import Array

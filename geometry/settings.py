@@ -127,8 +127,9 @@ def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
     owner, names = _owner(cls, item["loc"])
     if item["type"] == "extra_forbidden":
         name = str(item["loc"][-1])
-        if name in getattr(owner, "former", {}):
-            return f"{field} is not a setting any more, but {owner.former[name]}"
+        former = owner.former.get(name, "") if issubclass(owner, Settings) else ""
+        if former:
+            return f"{field} is not a setting any more, but {former}"
         return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
     unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""
     shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"

@@ -29,6 +29,8 @@ RAMP = 0.4
 """In which a vehicle comes from none to the comfort acceleration [s]."""
 BRISK_EFFORT = 0.04
 """Share of the effort's weight in a brisk cruise: its time constant falls from 12 s to 2.4 s."""
+TIGHT = 0.03
+"""Where the least clearance is no more than this [m], plans go as near as that."""
 PAPER = "rti_mpcc.paper"
 """Where the paper's objectives are. It is loaded by name when one of them is asked for: what drives a vehicle
 does without it."""
@@ -169,8 +171,12 @@ class ControllerConfig(Settings):
 
     @property
     def planned_minimum(self) -> float:
-        """What plans keep where there is no room for `Clearance.wanted` [m]."""
-        return self.clearance.least + self.caution.contact_tolerance
+        """What plans keep where there is no room for `Clearance.wanted` [m].
+
+        Noise comes on top of the least, but a user who allows no more than `TIGHT` asks for all of it.
+        """
+        least = self.clearance.least
+        return least + min(self.caution.contact_tolerance, max(least - TIGHT, 0.0))
 
     @property
     def arrival_acceleration(self) -> float:

@@ -129,4 +129,4 @@ class DockingObjective(Settings):
 
     @model_serializer(mode="wrap")
     def _with_kind(self, write: Any) -> dict[str, Any]:
-        return {"kind": type(self).__name__} | write(self)
+        return {"kind": type(self).__name__, **write(self)}

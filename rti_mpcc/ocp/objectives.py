@@ -70,7 +70,8 @@ class StageWeights:
         return bool(self.lag.any() or self.contouring.any() or self.heading.any())
 
 
-class Linearised(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Linearised:
     """The plan that a QP is linearised about, for terms of an objective's own.
 
     `states` (N+1, 6) in the world, `local` the same in the QP's frame, `controls` (N, 3), and the Frenet

@@ -55,5 +55,5 @@ def with_method(config: ControllerConfig, name: str) -> ControllerConfig:
         return config.changed(weights=weights, objective=objective)
     if isinstance(objective, PaperObjective):
         return config.changed(objective=objective.changed(method=name))
-    made = DockingObjective() if name == "dynamic" else ComparedObjective(method=name)
+    made = DockingObjective() if name == "dynamic" else ComparedObjective().changed(method=name)
     return config if objective == made else config.changed(objective=made)

@@ -78,8 +78,9 @@ def cost_to_go(
     heap[0], member[0], size = 0.0, row * columns + column, 1
     # A cell counts as free if any place in it may be.
     least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.clearance.on_routes
+    closeness = config.route.closeness_cost
     while size > 0:
-        size = _dijkstra(apart, least, near, config.route.closeness_cost, cell, heap, member, size, _POPS, cost)
+        size = _dijkstra(apart, least, near, closeness, cell, heap, member, size, _POPS, cost)
         yield
     cost.setflags(write=False)
     origin = low.copy()

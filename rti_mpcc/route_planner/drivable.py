@@ -88,7 +88,7 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
         target = _goal(problem, last, reached) if ends_way else reached
         made = yield from _window(problem, window, at, target, last if ends_way else last[:0], kept)
         whole.append(made)
-        if made.clearance < problem.config.clearance.least:
+        if made.clearance < problem.least:
             break
         at = poses_after(at, made.way)[-1]
     return Drivable(

@@ -113,7 +113,7 @@ class RoutePlanning:
 
 def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
-    least, room = problem.config.clearance.least, problem.room
+    least, room = problem.least, problem.room
     refused = _refused(problem, room)
     if refused is not None:
         return refused
@@ -150,7 +150,7 @@ def _refused(problem: Problem, room: tuple[float, float]) -> Manoeuvre | None:
     there may not.
     """
     farthest, stands = problem.config.route.farthest, not problem.came.any()
-    least = problem.config.clearance.least
+    least = problem.least
     if room[0] < (0.0 if stands else least):
         return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0])
     if room[1] < least:

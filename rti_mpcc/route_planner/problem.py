@@ -20,6 +20,8 @@ from rti_mpcc.route_planner.costs import NO_LENGTH, Terms
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
+_ROUNDING = 5e-4
+"""An end with this little less than the least clearance has it [m]: a bay as wide as asked for fits."""
 _AROUND = 1.0  # [m] and twice the margin around the body clearances are told
 
 
@@ -35,6 +37,7 @@ class Problem:
         grid: all that is solid, with what is kept out of before the last straight piece; last: all that is
             solid, for that piece; low, high: (2,) corners of the box around where the vehicle may be [m].
         body: of the vehicle; config: its settings.
+        least: clearance that a route keeps everywhere [m], `Clearance.least` but for rounding at the ends.
     """
 
     given: tuple[Pose2, Pose2]
@@ -47,6 +50,7 @@ class Problem:
     high: Array
     body: Body
     config: ControllerConfig
+    least: float
 
     @classmethod
     def of(
@@ -64,7 +68,7 @@ class Problem:
         assert around.boundary is not None
         last = _moved(around.grid, -origin)
         grid = _moved(around.with_obstacles(keep_out).grid, -origin) if keep_out else last
-        return cls(
+        problem = cls(
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
             goal=np.array([goal.x - start.x, goal.y - start.y, goal.phi]),
@@ -75,7 +79,10 @@ class Problem:
             high=around.boundary.max(axis=0) - origin,
             body=body_of(config.vehicle),
             config=config,
+            least=config.clearance.least,
         )
+        narrow = [room - _ROUNDING for room in problem.room if abs(room - problem.least) < _ROUNDING]
+        return replace(problem, least=min(problem.least, *narrow)) if narrow else problem
 
     @property
     def distance(self) -> float:
@@ -127,7 +134,7 @@ class Problem:
         settings, clearance = config.route, config.clearance
         radius = 1.0 / (settings.search_share * config.max_curvature)
         length = vehicle.front + vehicle.rear
-        margin = max(min(clearance.least + settings.reserve, room - CHECK), clearance.least)
+        margin = max(min(self.least + settings.reserve, room - CHECK), self.least)
         near = max(clearance.on_routes, margin) + 1e-6
         return Terms(
             radius=radius,

@@ -234,7 +234,7 @@ def test_what_is_left_to_a_goal_is_nothing_there_and_no_more_than_a_way_over_the
     left = float(looked_up(known, x, y))
     assert known.cost.min() == 0.0
     assert left >= 0.0
-    if max(abs(x), abs(y)) < 5.0 - 0.8 - config.margin - 2.0 * cell:
+    if max(abs(x), abs(y)) < 5.0 - 0.8 - config.clearance.on_routes - 2.0 * cell:
         assert left <= over_cells(x, y) + 3.0 * cell
 
 

@@ -20,7 +20,7 @@ LAYERS = (
     "controller",
     "manoeuvre",
     "steps",
-    "baselines",
+    "paper",
     "route_planner",
     "planning",
     "behaviour",

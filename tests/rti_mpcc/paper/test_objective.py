@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from math import exp
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def target(theta: float = 30.0, end: float = 30.0, kind: TargetKind = TargetKind
 END = target(kind=TargetKind.PATH_END)
 
 
-def contour(goal: Target, theta: Array, paper: PaperObjective = PRINTED, **changes: float) -> PaperWeights:
+def contour(goal: Target, theta: Array, paper: PaperObjective = PRINTED, **changes: Any) -> PaperWeights:
     return dynamic_weights(Weights(**changes), paper, goal, theta, LENGTHS, 5.0)
 
 
@@ -178,7 +179,7 @@ def test_a_method_is_an_objective_and_comes_back_from_a_file() -> None:
     for config in (plain, paper, separated, with_method(plain, "switched")):
         assert ControllerConfig(**to_data(config)) == config
     with pytest.raises(ConfigError, match="kind = 'Best': must be one of DockingObjective, "):
-        ControllerConfig(objective={"kind": "Best"})
+        ControllerConfig.model_validate({"objective": {"kind": "Best"}})
 
 
 @pytest.mark.parametrize("weight", [1, 50, 100])

@@ -85,7 +85,7 @@ def assert_drivable(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) 
         assert after.part.start == before.part.end
     least = clearance(manoeuvre, area, config.vehicle)
     assert least >= CONFIG.clearance.least - 1e-3
-    assert manoeuvre.clearance == pytest.approx(min(least, 2.0 * settings.margin + 1.0), abs=5e-3)
+    assert manoeuvre.clearance == pytest.approx(min(least, 2.0 * config.clearance.on_routes + 1.0), abs=5e-3)
     assert min(segment.margin or 0.0 for segment in manoeuvre.segments) == manoeuvre.clearance
     steered = np.array([segment.wheels for segment in manoeuvre.segments])
     first = [atan(config.vehicle.wheelbase * s.part.curvatures[0]) for s in manoeuvre.segments]

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
-from rti_mpcc.baselines import segments_of
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import segments_of
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.ocp.corridor_rows import corridor_rows

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError, ScenarioError
 from rti_mpcc.simulation import Scenario, builtin_names, changed, load_scenario, scenario_from_dict
 
@@ -115,9 +116,12 @@ def test_controller_assumes_the_dead_time_of_the_plant_unless_told(straight: Sce
 
 def test_presets_are_the_configs(straight: Scenario) -> None:
     assert straight.controller_config("default").arrival
-    assert straight.controller_config("paper").weights.lateral_acceleration == 100.0
-    printed = straight.controller_config("paper_printed")
-    assert (printed.arrival, printed.weights.lateral_acceleration) == (False, 0.0)
+    for preset, whole in (
+        ("paper", ControllerConfig.paper()),
+        ("paper_printed", ControllerConfig.paper_printed()),
+    ):
+        config = straight.controller_config(preset)
+        assert (config.weights, config.objective) == (whole.weights, whole.objective)
     with pytest.raises(InputError, match="preset = 'none': must be one of default, paper, paper_printed"):
         straight.controller_config("none")
 
