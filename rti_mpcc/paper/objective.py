@@ -96,7 +96,7 @@ class PaperObjective(ComparedObjective):
         lateral_acceleration: weight on (v² tan(delta)/L)² [s⁴/m²].
         heading_at_end: heading weight near a cusp or path end [1/rad²].
         terminal_lag, terminal_heading: extra weights at the last stage [1/m²], [1/rad²].
-        bound_distance, bound_speed: weights of (P1), for the distance of the rear axle to the boundary.
+        bound_distance, bound_speed: weights of (W7), for the distance of the rear axle to the boundary.
         stage_length: stage length that the stage weights belong to [s]: 0.1 s is the printed sum, 1 s the
             published code's integral.
         speed_profile: bound on speed near the stop point, or None.

@@ -1,6 +1,6 @@
 """Cost terms of the published code, and what blended weights add to the gradient.
 
-(P1)  q_lat a_lat² + sum over left and right of
+(W7)  q_lat a_lat² + sum over left and right of
       q_d max(0, 2 m - distance)² + q_v v² max(0, 2.5 m - distance)²,   a_lat = v² tan(delta)/L
 
 for the distance of the rear axle to the boundary. The slopes of weights that are functions of their stage's
@@ -42,7 +42,7 @@ class WeightSlopes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperWeights(StageWeights):
-    """Weights of stages with those of (P1), (N+1,) each; `by_progress`: their slopes where they are
+    """Weights of stages with those of (W7), (N+1,) each; `by_progress`: their slopes where they are
     blended."""
 
     lateral_acceleration: Array
@@ -59,7 +59,7 @@ class SoftWalls(NamedTuple):
 
 
 def walls_of(plan: Linearised) -> SoftWalls | None:
-    """Boundaries nearest to the rear axle at stages 0..N, where (P1) has weights on them."""
+    """Boundaries nearest to the rear axle at stages 0..N, where (W7) has weights on them."""
     weights = plan.weights
     assert isinstance(weights, PaperWeights)
     if not (weights.bound_distance.any() or weights.bound_speed.any()):
@@ -83,7 +83,7 @@ def add_paper_terms(
     hessian: Array,
     gradient: Array,
 ) -> None:
-    """Add (P1) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
+    """Add (W7) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
     _add_lateral(states, weights.lateral_acceleration, wheelbase, hessian, gradient)
     if walls is not None:
         on_walls = weights.bound_distance, weights.bound_speed

@@ -116,7 +116,7 @@ class Setting:
         )
 
     def cost(self, states: Array, controls: Array, w: PaperWeights) -> float:
-        """Eq. (C1)-(C4), (P1) stage by stage, walls as the straight lines that they are near the plan."""
+        """Eq. (C1)-(C4), (W7) stage by stage, walls as the straight lines that they are near the plan."""
         total, w = 0.0, self.blended(w, states[:, THETA])
         for k, (x, y, phi, v, delta, theta) in enumerate(states):
             error = Pose2(x, y, phi).relative_to(self.part.pose(theta))
