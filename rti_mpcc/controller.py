@@ -332,11 +332,7 @@ class RtiMpcc:
         return far_out or float(lack.max()) > FAR_SHARE * margin
 
     def _solve(
-        self,
-        linear: Linearisation,
-        change: Array,
-        ends: Ends | None,
-        iterate: tuple[Array, Array] | None,
+        self, linear: Linearisation, change: Array, ends: Ends | None, iterate: tuple[Array, Array] | None
     ) -> QpSolution:
         pattern = self._pattern
         rows, columns = pattern.constraints.shape

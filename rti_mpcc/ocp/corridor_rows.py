@@ -70,13 +70,7 @@ def corridor_rows(
 
 @kernel
 def _corridor_rows(
-    headings: Array1,
-    contacts: Array4,
-    margin: float,
-    near: float,
-    least: float,
-    slopes: Out4,
-    lower: Out3,
+    headings: Array1, contacts: Array4, margin: float, near: float, least: float, slopes: Out4, lower: Out3
 ) -> bool:
     """Equations (H2), (H8). Returns whether any row acts."""
     acting = False

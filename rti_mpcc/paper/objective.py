@@ -253,12 +253,7 @@ def sigma(distance: Array | float, weights: Weights) -> Array:
 
 
 def dynamic_weights(
-    weights: Weights,
-    paper: PaperObjective,
-    target: Target,
-    theta: Array,
-    lengths: Array,
-    cruise_speed: float,
+    weights: Weights, paper: PaperObjective, target: Target, theta: Array, lengths: Array, cruise_speed: float
 ) -> PaperWeights:
     """Contouring with dynamic weights: paper Eq. 8 where the path's end is the goal, else Eq. 9 to 11.
 

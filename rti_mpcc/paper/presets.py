@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from rti_mpcc.config import ControllerConfig, DockingObjective, Weights
 from rti_mpcc.errors import InputError
 from rti_mpcc.paper.objective import ComparedObjective, PaperObjective, SpeedProfile
@@ -15,8 +14,8 @@ PRINTED: dict[str, Any] = {
     "weights": Weights(virtual_speed=0.0, comfort=(0.0, 0.0, 0.0)),
     "objective": PaperObjective(),
     "cruise_horizon": 7.0,
-    "disturbance": DisturbanceFilterConfig(enabled=False),
-    "vehicle_filter": VehicleFilterConfig(enabled=False),
+    "disturbance": {"enabled": False},
+    "vehicle_filter": {"enabled": False},
     "comfort_jerk": NO_JERK,
 }
 """Of `ControllerConfig.paper_printed`."""

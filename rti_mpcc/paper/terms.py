@@ -84,43 +84,37 @@ def add_paper_terms(
     gradient: Array,
 ) -> None:
     """Add (W7) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
-    _add_lateral(states, weights.lateral_acceleration, wheelbase, hessian, gradient)
-    if walls is not None:
-        on_walls = weights.bound_distance, weights.bound_speed
-        _add_walls(states, walls.distance, walls.normal, *on_walls, hessian, gradient)
-    slopes = weights.by_progress
-    if slopes is None or errors is None:
-        return
-    blended = slopes.contouring, slopes.heading, slopes.progress_reward
-    _add_slopes(errors.values, controls, *blended, gradient)
-    if walls is not None:
-        _add_wall_slopes(walls.distance, slopes.bound_distance, gradient)
+    distance, normal = walls or SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
+    on_walls = weights.bound_distance, weights.bound_speed
+    _add_terms(
+        states, distance, normal, weights.lateral_acceleration, *on_walls, wheelbase, hessian, gradient
+    )
+    by = weights.by_progress
+    if by is not None and errors is not None:
+        slopes = by.contouring, by.heading, by.progress_reward, by.bound_distance
+        _add_slopes(errors.values, controls, distance, *slopes, gradient)
 
 
 @kernel
-def _add_lateral(states: Array2, weights: Array1, wheelbase: float, hessian: Out3, gradient: Out2) -> None:
-    slopes = np.zeros(STATES)
-    for k in range(len(states)):
-        v, tangent = states[k, V], tan(states[k, DELTA])
-        slopes[V] = 2.0 * v * tangent / wheelbase
-        slopes[DELTA] = v * v * (1.0 + tangent * tangent) / wheelbase
-        add_square(hessian, gradient, k, weights[k], v * v * tangent / wheelbase, slopes)
-
-
-@kernel
-def _add_walls(
+def _add_terms(
     states: Array2,
     distances: Array2,
     normals: Array3,
+    on_lateral: Array1,
     on_distance: Array1,
     on_speed: Array1,
+    wheelbase: float,
     hessian: Out3,
     gradient: Out2,
 ) -> None:
-    slopes = np.zeros(STATES)
+    """Equation (W7)."""
     for k in range(len(states)):
+        v, tangent = states[k, V], tan(states[k, DELTA])
+        slopes = np.zeros(STATES)
+        slopes[V] = 2.0 * v * tangent / wheelbase
+        slopes[DELTA] = v * v * (1.0 + tangent * tangent) / wheelbase
+        add_square(hessian, gradient, k, on_lateral[k], v * v * tangent / wheelbase, slopes)
         for side in range(2):
-            v = states[k, V]
             near = max(DISTANCE_REACH - distances[k, side], 0.0)
             slow = max(SPEED_REACH - distances[k, side], 0.0)
             slopes[:] = 0.0
@@ -137,9 +131,11 @@ def _add_walls(
 def _add_slopes(
     errors: Array2,
     controls: Array2,
+    distances: Array2,
     contouring: Array1,
     heading: Array1,
     progress_reward: Array1,
+    bound_distance: Array1,
     gradient: Out2,
 ) -> None:
     """What the cost of each stage gains by progress as its weights change with it."""
@@ -148,11 +144,6 @@ def _add_slopes(
         if k < len(controls):
             gain -= progress_reward[k] * controls[k, THETA_DOT]
         gradient[k, THETA] += gain
-
-
-@kernel
-def _add_wall_slopes(distances: Array2, bound_distance: Array1, gradient: Out2) -> None:
-    for k in range(len(distances)):
         for side in range(2):
             near = max(DISTANCE_REACH - distances[k, side], 0.0)
             gradient[k, THETA] += bound_distance[k] * near**2

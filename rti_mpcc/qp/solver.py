@@ -214,13 +214,7 @@ class QpSolver:
         )
         return self._refused(error) if error else ""
 
-    def solve(
-        self,
-        values: QpValues,
-        primal: Array,
-        dual: Array,
-        ends: Ends | None = None,
-    ) -> QpSolution:
+    def solve(self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:

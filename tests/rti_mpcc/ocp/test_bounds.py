@@ -111,17 +111,6 @@ def test_a_plan_that_ends_at_rest_lets_the_brakes_go_at_the_comfort_jerk() -> No
     np.testing.assert_allclose(got.controls[:, 1, A], np.minimum(free.controls[:, 1, A], left))
 
 
-def test_where_the_present_braking_cannot_fade_by_the_end_only_that_counts() -> None:
-    """Short plans: the first stage keeps what (J1) asks for."""
-    lengths = np.full(len(LENGTHS), 0.001)
-    config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
-    change = Change(-1.0, np.full(len(lengths), 1.0), STRAIGHT, lengths, True)
-    got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, A]
-    assert (got[:, 0] <= got[:, 1]).all()
-    np.testing.assert_allclose(got[0], [-1.002, -0.998])
-
-
 def test_the_wheels_turn_within_comfort_next_to_rest_and_where_nothing_presses() -> None:
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
@@ -145,8 +134,3 @@ def test_a_steering_rate_beyond_comfort_may_go_on_a_little_less_in_the_next_plan
     got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, DELTA_DOT]
     most = np.clip(TURNING_SHARE * np.abs(turning), 0.3, LIMITS.steering_rate)
     np.testing.assert_allclose(got, np.stack([-most, most], axis=1))
-
-
-def test_far_beyond_the_speed_limit_any_jerk_will_do() -> None:
-    free = changing(0.3, 1.2 * LIMITS.speed).controls[:, :, A]
-    np.testing.assert_allclose(free, [[-2.0, 2.0]] * len(LENGTHS))

@@ -7,7 +7,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from geometry.contacts import Contacts
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.model.footprint import body_of, body_polygons
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, V
 from rti_mpcc.ocp.corridor_rows import (
     BOUNDARY_DISTANCE,
@@ -76,34 +76,6 @@ def test_rows_are_the_half_planes_and_their_slopes(corridor: Corridor, states: A
         np.testing.assert_allclose(rows.slopes[..., column], (ahead - behind) / 2e-6, atol=1e-7)
 
 
-def test_the_slopes_of_rows_are_those_of_the_signed_distance(corridor: Corridor, states: Array) -> None:
-    """Clear of everything and across a boundary, with nothing held."""
-    contacts = contacts_of(corridor, states)
-    rows = rows_about(states, contacts)
-    assert contacts.apart.min() < 0.0 < contacts.apart.max()
-    for column in range(POSE):
-        step = 1e-6 * np.eye(6)[column]
-        ahead, behind = (contacts_of(corridor, states + h).apart for h in (step, -step))
-        np.testing.assert_allclose(rows.slopes[..., column], (ahead - behind) / 2e-6, atol=1e-7)
-
-
-def test_rows_are_mirrored_with_the_body(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, -0.4), [(1, -0.1, 15.0), (1, 0.1, 15.0)])
-    block = np.array([[4.0, -4.0], [5.0, -4.0], [5.0, -5.0]])
-    other = states * [1.0, -1.0, -1.0, 1.0, 1.0, 1.0]
-    there = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=[block])
-    mirrored = rows_about(other, contacts_of(there, other))
-    sides = [1, 0, 2]
-    wanted = rows.slopes * [1.0, -1.0, -1.0]
-    np.testing.assert_allclose(mirrored.lower[..., sides], rows.lower, atol=2e-3)  # walls are simplified
-    np.testing.assert_allclose(mirrored.slopes[..., sides, :2], wanted[..., :2], atol=0.05)
-    # Nearest to the same chord, but at another end of it.
-    np.testing.assert_allclose(mirrored.slopes[..., sides, 2], wanted[..., 2], atol=0.15)
-    np.testing.assert_allclose(mirrored.lower[..., 2], rows.lower[..., 2], atol=1e-12)  # obstacles are not
-    np.testing.assert_allclose(mirrored.slopes[..., 2, :], wanted[..., 2, :], atol=1e-12)
-
-
 @pytest.mark.parametrize("turned", [0.0, np.pi / 2, np.pi, -np.pi / 2])
 def test_the_margin_is_the_same_all_round_the_body(turned: float) -> None:
     vehicle, wall = Vehicle(), 9.0
@@ -139,21 +111,6 @@ def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> N
         rows = corridor_rows(np.zeros(1), contacts, MARGIN, 0.05)
         assert rows is not None
         np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], kept, atol=1e-12)
-
-
-def test_what_walls_leave_is_told_by_the_pieces_that_are_nearest_to_them() -> None:
-    """Of a body askew between two walls: one end is near the left one, the other end near the right one."""
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
-    half, turned = 0.5 * Vehicle().width, 0.01
-    corridor = Corridor.from_offsets(path, left=half + 0.11, right=-half - 0.11)
-    states = np.array([[10.0, 0.0, turned, 0.0, 0.0, 0.0]])
-    contacts = contacts_of(corridor, states)
-    rows = corridor_rows(np.full(1, turned), contacts, MARGIN, 0.0)
-    assert rows is not None
-    y = body_polygons(states, Vehicle())[0, :, 1]
-    left = (half + 0.11) - 0.5 * (y.max() - y.min())
-    assert 0.0 < left - STRIP < MARGIN
-    np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], left - STRIP, atol=1e-9)
 
 
 def test_between_walls_that_do_not_face_each_other_the_margin_is_kept() -> None:
@@ -208,14 +165,6 @@ def relieved(
     )
 
 
-def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
-    free = rows.lower < 0.0
-    assert free.any()
-    elapsed = np.linspace(0.0, 3.0, len(states))
-    np.testing.assert_array_equal(relieved(rows, np.zeros(3), elapsed, MARGIN)[free], rows.lower[free])
-
-
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
     corridor: Corridor, states: Array
 ) -> None:
@@ -243,17 +192,6 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
     assert little[4, 2, 0] == pytest.approx(-0.3 * missing, rel=1e-6)
 
 
-def test_no_more_is_given_back_than_may_be(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
-    short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
-    elapsed, aside = np.full(len(states), 1e-9), -0.06 * rows.slopes[4, 2, 0]
-    given = short.lower - relieved(short, aside, elapsed, MARGIN)
-    assert given[4, 2, 0] > 0.05
-    less = short.lower - relieved(short, aside, elapsed, MARGIN, most=0.04)
-    # The vehicle is over the third side, which comes back as a whole.
-    np.testing.assert_allclose(less[..., :2], np.minimum(given, 0.04)[..., :2], atol=1e-12)
-
-
 def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     corridor: Corridor, states: Array
 ) -> None:
@@ -262,11 +200,7 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     late = np.full(len(states), 2.0 * RETURN_TIME)
-    for travelled, left in (
-        (0.5 * WAY_BACK, 0.5),
-        (WAY_BACK, 0.0),
-        (2.0 * WAY_BACK, 0.0),
-    ):
+    for travelled, left in ((0.5 * WAY_BACK, 0.5), (WAY_BACK, 0.0), (2.0 * WAY_BACK, 0.0)):
         bounds = relieved(short, np.zeros(3), late, 0.1, travelled)
         # The vehicle lacks 0.5 m of the left boundary, which is relieved by no more than that at any stage.
         np.testing.assert_allclose(bounds[..., 0], lower[..., 0] - left * 0.5, atol=1e-12)

@@ -73,19 +73,6 @@ def test_integrals_of_controls_are_kept(winding: Trajectory) -> None:
     np.testing.assert_allclose(again.controls * np.diff(times)[:, None], rise, atol=1e-12)
 
 
-def test_a_straight_motion_at_constant_acceleration_is_exact() -> None:
-    lengths, a, phi = stage_lengths(10.0, 0.05, 30), 0.3, 0.8
-    controls = np.tile([a, 0.0, 1.2], (30, 1))
-    plan = driven(lengths, controls, np.array([1.0, 2.0, phi, 0.5, 0.0, 4.0]))
-    times = plan.times[0] + np.sort(np.random.default_rng(5).uniform(0.0, 10.0, 50))
-    t = times - plan.times[0]
-    way = 0.5 * t + 0.5 * a * t**2
-    expected = np.column_stack(
-        [1.0 + way * cos(phi), 2.0 + way * sin(phi), np.full(50, phi), 0.5 + a * t, 0.0 * t, 4.0 + 1.2 * t]
-    )
-    np.testing.assert_allclose(states_at(plan, times, WHEELBASE), expected, atol=1e-10)
-
-
 def test_between_stages_the_pose_follows_the_curve(winding: Trajectory) -> None:
     """Against a fine roll-out of the same controls."""
     k, share = 12, 0.4
@@ -97,18 +84,7 @@ def test_between_stages_the_pose_follows_the_curve(winding: Trajectory) -> None:
     np.testing.assert_allclose(got, fine, atol=1e-4)
 
 
-def test_shifting_by_a_cycle_stays_on_the_motion(winding: Trajectory) -> None:
-    """The defect that the shift leaves in the dynamics is small against what a cycle moves."""
-    lengths = np.diff(winding.times)
-    shifted = resample(winding, winding.times[:-1] + 0.05, WHEELBASE)
-    reached = step(shifted.states[:-1], shifted.controls, np.diff(shifted.times), WHEELBASE)
-    assert np.abs(reached - shifted.states[1:])[:, [X, Y]].max() < 5e-3
-    assert len(lengths) == len(shifted.controls) + 1
-
-
-def test_outside_the_plan_the_motion_goes_on_straight_or_is_held(
-    winding: Trajectory,
-) -> None:
+def test_outside_the_plan_the_motion_goes_on_straight_or_is_held(winding: Trajectory) -> None:
     last = winding.states[-1]
     beyond = states_at(winding, winding.times[-1:] + 2.0, WHEELBASE)[0]
     assert beyond[X] == pytest.approx(last[X] + 2.0 * last[V] * cos(last[PHI]))

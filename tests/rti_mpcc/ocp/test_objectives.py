@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,12 @@ def test_an_arrival_holds_pose_and_speed_at_its_end_and_leaves_the_path() -> Non
         assert not unused.any()
     assert (got.acceleration > 0.0).all()
     assert (got.steering_rate > 0.0).all()
+
+
+def test_the_wheels_count_where_the_target_has_an_angle_only() -> None:
+    for wheels, share, counts in ((0.3, 1.0, 1.0), (0.0, 0.5, 0.5), (None, 1.0, 0.0)):
+        got = arrival_weights(Weights(), replace(TARGET, wheels=wheels, wheels_share=share), LENGTHS)
+        assert got.goal_wheels == counts * Weights().arrival_wheels
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from rti_mpcc.paper.terms import AXLE, PaperWeights, SoftWalls, WeightSlopes, ad
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
-N, WHEELBASE = 8, 2.875
+N, WHEELBASE, WHEELS = 8, 2.875, 0.3
 COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3, jerk=1.0)
 """Some stages of the plan are within it, others beyond it on either side."""
 BLENDED = [field.name for field in fields(WeightSlopes)]
@@ -53,7 +53,7 @@ TERMS = {
         NOTHING, acceleration=U, steering_rate=2.0 * U, virtual_speed=3.0 * U, progress_reward=U
     ),
     "comfort": replace(NOTHING, comfort=ComfortWeights(U, 2.0 * W, 3.0 * U)),
-    "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0),
+    "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0, goal_wheels=6.0),
     "clipped goal": replace(NOTHING, goal=np.array([2.0, 2.0, 4.0]), goal_speed=5.0, goal_clipped=True),
 }
 TERMS["all"] = replace(
@@ -112,7 +112,15 @@ class Setting:
         errors = frenet_errors(self.states, reference, self.part.direction)
         terms = partial(add_paper_terms, self.states, self.controls, errors, weights, self.walls, WHEELBASE)
         return quadratic_cost(
-            self.states, self.controls, weights, errors, self.goal, WHEELBASE, COMFORT, terms=terms
+            self.states,
+            self.controls,
+            weights,
+            errors,
+            self.goal,
+            WHEELBASE,
+            COMFORT,
+            wheels=WHEELS,
+            terms=terms,
         )
 
     def cost(self, states: Array, controls: Array, w: PaperWeights) -> float:
@@ -137,7 +145,7 @@ class Setting:
             total += w.comfort.steering_rate[k] * discomfort(u[DELTA_DOT], COMFORT.steering_rate)
         last = states[-1]
         dx, dy, turn = last[X] - self.goal.x, last[Y] - self.goal.y, last[PHI] - self.goal.phi
-        total += w.goal_speed * last[V] ** 2
+        total += w.goal_speed * last[V] ** 2 + w.goal_wheels * (last[DELTA] - WHEELS) ** 2
         if not w.goal_clipped:
             return float(total + w.goal @ [dx**2, dy**2, turn**2])
         along = huber(float(np.hypot(dx, dy)), GOAL_CLIP[0])

@@ -189,16 +189,6 @@ def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> Non
     np.testing.assert_allclose(rows_scaled.row_scaling, np.where(inequalities, expected, 1.0))
 
 
-def test_a_bound_at_infinity_is_eased_finitely(pattern: QpPattern) -> None:
-    parts = drawn()
-    parts.bounds.states[:, 0] = -np.inf
-    parts.bounds.states[:, 1] = np.inf
-    values = filled(pattern, parts, rows_scaled=True)
-    assert np.isfinite(values.constraints).all()
-    assert np.isfinite(values.row_scaling).all()
-    assert np.isneginf(values.lower[pattern.state_rows]).all()
-
-
 def test_filling_again_leaves_nothing_of_the_last_numbers(pattern: QpPattern) -> None:
     values = filled(pattern, drawn(frenet=False, seed=1))
     refilled, fresh = filled(pattern, drawn(seed=2), values), filled(pattern, drawn(seed=2))
@@ -212,16 +202,6 @@ def test_where_no_frenet_cost_acts_progress_keeps_its_plan(pattern: QpPattern) -
     columns = [*pattern.state_columns[:, THETA], *pattern.control_columns[:, THETA_DOT]]
     expected[columns, columns] += IDLE_WEIGHT
     np.testing.assert_allclose(got, expected, atol=1e-12)
-
-
-def test_the_pattern_never_changes_and_keeps_explicit_zeros(pattern: QpPattern) -> None:
-    empty, full = empty_values(pattern), filled(pattern, drawn())
-    assert empty.cost.shape == full.cost.shape
-    assert empty.constraints.shape == full.constraints.shape
-    matrix = pattern.constraints.matrix(empty.constraints)
-    assert matrix.nnz == len(empty.constraints)
-    assert matrix.has_sorted_indices
-    assert matrix.has_canonical_format
 
 
 @pytest.mark.parametrize("left", range(SIDES))

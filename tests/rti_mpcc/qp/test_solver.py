@@ -87,17 +87,6 @@ def test_an_updated_solver_answers_as_a_fresh_one(pattern: QpPattern) -> None:
         np.testing.assert_array_equal(values.constraints, kept.constraints)
 
 
-def test_feedback_takes_new_bounds_without_an_update(pattern: QpPattern) -> None:
-    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
-    solver.update(values)
-    solve(solver, values)
-    rows = pattern.dynamics_rows[0]
-    values.lower[rows] = values.upper[rows] = 0.05
-    solution = solve(solver, values)
-    good(solution, values, pattern)
-    np.testing.assert_allclose(solution.primal[pattern.state_columns[0]], 0.05, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("steps", "iterations", "fine"), [(WARM, 5000, True), (COLD, 5000, False), (WARM, 2, False)]
 )
@@ -115,24 +104,8 @@ def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(
     assert (max(solution.residuals) < 1e-6) == fine
 
 
-def test_other_steps_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> None:
-    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
-    solver.update(values)
-    near = solve(solver, values)
-    solver.set_steps(COLD)
-    far = solve(solver, values)
-    solver.set_steps(WARM)
-    again = solve(solver, values)
-    for solution in (near, far, again):
-        good(solution, values, pattern)
-
-
 def test_without_an_update_there_is_no_solution(pattern: QpPattern) -> None:
     nothing(solve(QpSolver(pattern, SETTINGS), problem(pattern, 1)))
-
-
-def shorter(values: QpValues, name: str) -> QpValues:
-    return _with(values, name, getattr(values, name)[:-1])
 
 
 def spoilt(values: QpValues, name: str, number: float) -> QpValues:
@@ -144,12 +117,6 @@ def spoilt(values: QpValues, name: str, number: float) -> QpValues:
 def _with(values: QpValues, name: str, array: Array) -> QpValues:
     changes: dict[str, Any] = {name: array}
     return replace(values, **changes)
-
-
-@pytest.mark.parametrize("name", ["gradient", "lower"])
-def test_wrong_lengths_are_refused(pattern: QpPattern, name: str) -> None:
-    solver = QpSolver(pattern, SETTINGS)
-    assert solver.update(shorter(problem(pattern, 1), name)) != ""
 
 
 @pytest.mark.parametrize("name", ["cost", "gradient", "constraints", "lower", "upper"])
