@@ -94,7 +94,7 @@ def test_curvature_and_clearance_over_the_way(figure: Figure) -> None:
         marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]  # type: ignore[index]
         assert marks == pytest.approx(list(PATH.cusps))
     assert set(labels(curvature)) == {"forward", "reverse", "vehicle's limit", "cusp"}
-    assert set(labels(clearance)) == {"clearance", "margin", "hard minimum", "cusp"}
+    assert set(labels(clearance)) == {"clearance", "wanted clearance", "least clearance", "cusp"}
 
 
 def level(axes: Axes, label: str) -> float:
@@ -106,8 +106,8 @@ def level(axes: Axes, label: str) -> float:
 def test_limits_and_margins_stand_where_they_are(figure: Figure) -> None:
     _, curvature, clearance = figure.axes
     assert level(curvature, "vehicle's limit") == pytest.approx(CONFIG.max_curvature)
-    assert level(clearance, "margin") == CONFIG.clearance.on_routes
-    assert level(clearance, "hard minimum") == CONFIG.clearance.least
+    assert level(clearance, "wanted clearance") == CONFIG.clearance.on_routes
+    assert level(clearance, "least clearance") == CONFIG.clearance.least
     assert curvature.get_ylim()[1] > CONFIG.max_curvature
 
 
