@@ -193,7 +193,7 @@ class RtiMpcc:
             target,
             self.part.direction,
             theta,
-            ends=objective.ends(config),
+            ends=objective.ends,
             turns=not along_path,
             disturbance=disturbance,
             most=most,

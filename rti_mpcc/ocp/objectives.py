@@ -94,21 +94,19 @@ class HorizonObjective(ABC):
     Attributes:
         kind: what the diagnostics call it.
         along_path: corridor, room and the part's direction count; otherwise only its target does.
+        ends: the progress of a plan ends at the target's stop; otherwise the path is extrapolated.
         arrives: a planned arrival may take over from it.
     """
 
     __slots__ = ()
     kind: ClassVar[Objective]
     along_path: ClassVar[bool] = True
+    ends: ClassVar[bool] = True
     arrives: ClassVar[bool] = True
 
     @abstractmethod
     def horizon(self, at: float, config: ControllerConfig) -> float:
         """Length of a plan that starts `at` [s]."""
-
-    @abstractmethod
-    def ends(self, config: ControllerConfig) -> bool:
-        """Whether the progress ends at the target's stop."""
 
     @abstractmethod
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
@@ -133,23 +131,17 @@ class HorizonObjective(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Contouring(HorizonObjective):
-    """Along the path over the cruise horizon, paper Eq. 5, until an arrival is planned in time.
-
-    It goes on along the extrapolated path; none of its weights knows an end.
-    """
+    """Along the path over the cruise horizon, paper Eq. 5, until an arrival is planned in time."""
 
     kind: ClassVar[Objective] = Objective.CONTOURING
+    ends: ClassVar[bool] = False
 
     def horizon(self, at: float, config: ControllerConfig) -> float:
         """The cruise horizon [s]."""
         return config.cruise_horizon
 
-    def ends(self, config: ControllerConfig) -> bool:
-        """It does not."""
-        return False
-
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
-        """See `contouring_weights`."""
+        """Weights that stay the same along the path, see `contouring_weights`."""
         return contouring_weights(config.weights, lengths, config.cruise_speed, config.cruise_effort)
 
 
@@ -171,12 +163,8 @@ class ArrivalAtRest(HorizonObjective):
         """The time to go [s]."""
         return self.at - at
 
-    def ends(self, config: ControllerConfig) -> bool:
-        """It does."""
-        return True
-
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
-        """See `arrival_weights`."""
+        """Weights on the pose and speed at the end, and on effort, see `arrival_weights`."""
         return arrival_weights(config.weights, target, lengths, config.arrival_comfort)
 
 

@@ -160,10 +160,6 @@ class _OfPaper(HorizonObjective):
         """The cruise horizon [s]."""
         return config.cruise_horizon
 
-    def ends(self, config: ControllerConfig) -> bool:
-        """It does."""
-        return True
-
     def bound(
         self, bounds: StageBounds, target: Target, theta: Array, direction: int, config: ControllerConfig
     ) -> None:
@@ -209,7 +205,7 @@ class DynamicContouring(_OfPaper):
         return CartesianPose() if self.switches is not None and left <= self.switches else None
 
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> PaperWeights:
-        """See `dynamic_weights`."""
+        """Weights that follow the distance to the stop, see `dynamic_weights`."""
         if self.switches is not None:
             target = replace(target, kind=TargetKind.PATH_END)
         return dynamic_weights(config.weights, _of(config), target, theta, lengths, config.cruise_speed)
@@ -241,7 +237,7 @@ class CartesianPose(_OfPaper):
     along_path: ClassVar[bool] = False
 
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> PaperWeights:
-        """See `cartesian_weights`."""
+        """Weights on the goal pose and on effort, see `cartesian_weights`."""
         return cartesian_weights(config.weights, lengths, _of(config))
 
 
