@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DONE, SCENARIO, Commands, add_seed, at_least_one
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_json

@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
@@ -34,6 +33,11 @@ CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
 """What one scaled unit of a, delta_dot, theta_dot is."""
 SLACK_UNIT = 0.1
 """What one scaled unit of slack is [m]."""
+
+BOUND_UNIT = 10.0
+"""Bounds on states and controls count in so many of these units. Each row drags on the solver's steps like a
+proximal term, active or not; with small rows those that are far from active hardly do, which makes the
+difference between 400 and 50 iterations (docs/decisions, 4)."""
 
 BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""
@@ -146,7 +150,6 @@ class QpPattern:
         bound_rows: (2, N, 3), state_rows and control_rows.
         column_units, row_units: what one scaled unit is; bound_units: (2, 3) the same of bounds on states and
             controls.
-        settings: of the weights on the change and the scaling of rows.
         cost, constraints: the slots of P (upper triangle) and A.
     """
 
@@ -162,7 +165,6 @@ class QpPattern:
     column_units: Array
     row_units: Array
     bound_units: Array
-    settings: SolverSettings
     cost: Slots
     constraints: Slots
 
@@ -185,7 +187,7 @@ class QpPattern:
         )
 
 
-def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings) -> QpPattern:
+def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
     """The pattern for N stages and `sides` half-planes on each of `pieces` pieces."""
     columns = _Counter()
     state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
@@ -198,9 +200,9 @@ def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings
     column_units = np.empty(columns.count)
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
     column_units[slack_columns] = SLACK_UNIT
-    row_units, unit = np.ones(rows.count), settings.bound_unit
-    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, unit * STATE_UNITS[BOUNDED]
-    row_units[control_rows], row_units[slack_rows] = unit * CONTROL_UNITS, SLACK_UNIT
+    row_units = np.ones(rows.count)
+    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, BOUND_UNIT * STATE_UNITS[BOUNDED]
+    row_units[control_rows], row_units[slack_rows] = BOUND_UNIT * CONTROL_UNITS, SLACK_UNIT
 
     cost = _SlotsBuilder(column_units, column_units, hessian=True)
     cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])
@@ -233,7 +235,6 @@ def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings
         column_units=column_units,
         row_units=row_units,
         bound_units=row_units[bound_rows[:, 0]],
-        settings=settings,
         cost=cost.build(),
         constraints=a.build(),
     )

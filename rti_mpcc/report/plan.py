@@ -180,12 +180,12 @@ def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, rows: Rows, limit: float) 
 
 def _draw_clearance(axes: Axes, rows: Rows, clearance: Array, config: ControllerConfig) -> None:
     axes.plot(rows["s"], clearance, color=style.BLACK, linewidth=1.2, label="clearance")
-    margin, least = config.route.margin, config.route.hard_minimum
+    margin, least = config.clearance.on_routes, config.clearance.least
     most = min(float(np.max(clearance)), _MOST_SHOWN)
     axes.set_ylim(min(0.0, 1.05 * float(np.min(clearance))), 1.1 * max(most, 2.0 * margin))
     axes.set_ylabel("clearance [m]")
     axes.set_xlabel("distance driven [m]")
-    _finish(axes, rows, ((margin, style.GREEN, "margin"), (least, style.RED, "hard minimum")))
+    _finish(axes, rows, ((margin, style.GREEN, "wanted clearance"), (least, style.RED, "least clearance")))
 
 
 def _finish(axes: Axes, rows: Rows, limits: Sequence[tuple[float, str, str]]) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, Judgement
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
@@ -273,5 +273,5 @@ class RunResult:
     @property
     def title(self) -> str:
         """What was run, in short: the scenario, its preset, and the method where it is another than usual."""
-        methods = "" if self.method == Method.DYNAMIC.value else f"{self.method}, "
+        methods = "" if self.method == "dynamic" else f"{self.method}, "
         return f"{self.scenario.name} ({methods}{self.preset})"

@@ -125,11 +125,11 @@ def test_curvature_and_clearance_over_the_distance(figure: Figure) -> None:
         marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]  # type: ignore[index]
         assert marks == pytest.approx(list(PATH.cusps))
     assert labels(curvature) == {"forward", "reverse", "vehicle's limit", "cusp"}
-    assert labels(clearance) == {"clearance", "margin", "hard minimum", "cusp"}
+    assert labels(clearance) == {"clearance", "wanted clearance", "least clearance", "cusp"}
     for axes, label, level in (
         (curvature, "vehicle's limit", CONFIG.max_curvature),
-        (clearance, "margin", CONFIG.route.margin),
-        (clearance, "hard minimum", CONFIG.route.hard_minimum),
+        (clearance, "wanted clearance", CONFIG.clearance.on_routes),
+        (clearance, "least clearance", CONFIG.clearance.least),
     ):
         assert np.asarray(drawn(axes, label).get_ydata()) == pytest.approx([level] * 2)
     assert curvature.get_ylim()[1] > CONFIG.max_curvature
