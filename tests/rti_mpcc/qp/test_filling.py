@@ -173,7 +173,7 @@ def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> Non
     """The same rows divided by their ease, which is 1 where a bound is near."""
     parts = drawn()
     plain, rows_scaled = filled(pattern, parts), filled(pattern, parts, rows_scaled=True)
-    rows = [pattern.state_rows, pattern.control_rows, pattern.corridor_rows]
+    rows = [*pattern.bound_rows, pattern.corridor_rows]
     row_scaling = rows_scaled.row_scaling[np.concatenate([each.ravel() for each in rows])]
     assert row_scaling.min() == 1.0
     assert np.median(row_scaling) > 2.0
