@@ -21,7 +21,7 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
-from rti_mpcc.types import Reason, Status, VehicleState
+from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.docking_runs import drive, present, straight, wall
 
 LENGTH, ASIDE = 20.0, 0.6
@@ -156,10 +156,3 @@ def test_the_controller_tells_of_its_other_way(left: DockingController) -> None:
     assert left.path.parts[0] is manoeuvre.segments[0].part
     assert left.corridor.area is not None
     assert left.planning_seconds > 0.0
-
-
-def test_the_reason_says_why_it_is_planned() -> None:
-    scenario = beside_a_wall(1)
-    first = next(command.diagnostics for _, command in drive(scenario, 0.1))
-    assert first.cause is Reason.PLANS_WAY
-    assert "planning a way: the first plan misses the goal" in first.reason
