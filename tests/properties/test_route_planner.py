@@ -102,9 +102,6 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
     assert made.outcome is PlanOutcome.FOUND, made.reason
 
 
-# -- ways of arcs --------------------------------------------------------------------------------------------
-
-
 # -- repaired paths ------------------------------------------------------------------------------------------
 
 
