@@ -1,6 +1,9 @@
 """Dynamic weight and dynamic objective allocation (paper III), and the Cartesian objective of the baselines.
 
 (W1)  sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 7)
+(W2)  near the path's end or a cusp: contouring weight and heading weight, blended by sigma      (paper Eq. 8)
+(W3)  near a goal pose: contouring, lag and progress reward fade out, the goal's weight fades in (Eq. 9 to 11)
+(W6)  the slopes of the blended weights by the progress of their stage, in the gradient
 """
 
 from __future__ import annotations

@@ -255,7 +255,7 @@ DOORS: dict[str, Door] = {
         margin=0.1,
         dwell=1.0,
         objective=CONTOURING,
-        final=None,
+        target=None,
         stop=None,
         piece_of=None,
     ),
