@@ -15,7 +15,6 @@ import pytest
 from numba.core import config
 
 from geometry import compiled
-from rti_mpcc.cli import main
 from rti_mpcc.kernels import make_ready
 
 ROOT = Path(__file__).parents[2]
@@ -80,10 +79,3 @@ def test_on_a_terminal_a_bar_shows_how_far_it_is(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert make_ready() == 3
     assert capsys.readouterr().out == ""
-
-
-def test_the_command_tells_what_it_compiled(missing: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["warm"]) == 0
-    assert capsys.readouterr().out.startswith("compiled 3 kernels, kept in ")
-    assert main(["warm"]) == 0
-    assert capsys.readouterr().out.startswith("all kernels are ready, kept in ")
