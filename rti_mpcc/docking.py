@@ -41,7 +41,7 @@ from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
-from rti_mpcc.route_planner.mending import PathChange, mended_path
+from rti_mpcc.route_planner.path_repair import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput

@@ -11,8 +11,8 @@ import numpy as np
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig, RoutePlanner
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.arcs import joined, poses_after, split
-from rti_mpcc.route_planner.drivable import CURVATURE_SHARE
+from rti_mpcc.route_planner.arcs import merge_arcs, poses_after, split_arcs
+from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
 from rti_mpcc.types import Array
 
 SPACING = 0.05
@@ -45,7 +45,7 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
 
     direct, ends = [], [_beside(here, distance, *each) for each in _sides()]
     for way in _shapes(distance, config):
-        poses = poses_after(start, split(way, SPACING))
+        poses = poses_after(start, split_arcs(way, SPACING))
         kept = room(poses)
         end = Pose2(*poses[-1].tolist())
         # Beside a dock there may be little room: there must not get less of it.
@@ -71,7 +71,7 @@ def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
     for share, bend, undone in product(_STRAIGHTS, _BENDS, _UNDONE):
         straight, bent, curvature = share * distance, (1.0 - share) * distance, bend * sharpest
         pieces = (straight, 0.0), ((1.0 - undone) * bent, curvature), (undone * bent, -curvature)
-        way = joined(np.array(pieces))
+        way = merge_arcs(np.array(pieces))
         ways += [way] if len(way) > 0 else []
     return ways
 

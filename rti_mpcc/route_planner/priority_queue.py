@@ -1,4 +1,4 @@
-"""What a best-first search keeps: a binary heap of nodes, and a table of the places that were reached."""
+"""Memory of a best-first search: a binary heap of nodes, and a table of the cells that were reached."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from geometry.arrays import Array, Index
 from geometry.compiled import inner
 
 EMPTY: Final = 0
-"""In a table where no key stands: keys are larger."""
+"""A free slot of a table: keys are larger."""
 
 
 @inner
@@ -45,7 +45,7 @@ def pop(priority: Array, member: Index, size: int) -> int:
 
 @inner
 def slot_of(keys: Index, key: int) -> int:
-    """Where a key stands in a table of a power of 2 of places, or the empty place where it is to stand."""
+    """Slot of a key in a table whose size is a power of 2, or the free slot where it belongs."""
     mask = len(keys) - 1
     at = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C1) & mask
     while keys[at] != EMPTY and keys[at] != key:

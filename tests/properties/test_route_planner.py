@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from geometry import Area, Pose2, ReferencePath, wrap
 from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.mending import mended_path
+from rti_mpcc.route_planner.path_repair import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)

@@ -128,7 +128,11 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
     ("bad", "statuses", "said"),
     [
         (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) out of reach, the body there crosses a boundary or"),
-        (Pose2(3.3, 4.0, 0.0), {Status.PLANNING, Status.STALLED}, "leaves 0.022 m, at least 0.05 m are kept"),
+        (
+            Pose2(3.3, 4.0, 0.0),
+            {Status.PLANNING, Status.STALLED},
+            "has a clearance of 0.022 m, at least 0.05",
+        ),
         (NAN, REJECTED, "goal (nan, 4.0, 0.0) not finite"),
         (Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) out of reach, it is beyond the boundary of the"),
         (Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) out of reach, it is beyond the boundary of"),
@@ -158,8 +162,8 @@ AROUND = np.array(
     ("fills", "status", "said"),
     [
         (block(3.0, -0.5, 4.0, 0.5), Status.BLOCKED, "the body overlaps obstacles[0] by 0.68 m"),
-        (AROUND, Status.STALLED, "leaves 0.022 m, at least 0.05 m are kept, and no arc"),
-        (DOOR, Status.STALLED, "the nearest is 14.00 m from the goal"),
+        (AROUND, Status.STALLED, "has a clearance of 0.022 m, at least 0.05 m is required, and no arc"),
+        (DOOR, Status.STALLED, "the nearest 14.00 m from the goal"),
     ],
     ids=["over the start", "too near on both ends", "in the door"],
 )

@@ -27,8 +27,8 @@ from rti_mpcc import (
 )
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.route_planner.drivable import CURVATURE_SHARE
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
 from rti_mpcc.types import Array
 
 PARKING = sorted((Path(__file__).parents[4] / "shared" / "parking").glob("*.toml"))
@@ -451,7 +451,7 @@ def test_a_spent_budget_is_said_and_how_near_it_came(nodes: int) -> None:
     config = config_of(scene).model_copy(update={"route": RoutePlanner(nodes=nodes)})
     manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config)
     assert manoeuvre.outcome is PlanOutcome.BUDGET_SPENT
-    assert "2 poses" in manoeuvre.reason
+    assert "2 nodes expanded" in manoeuvre.reason
     assert 0.0 < manoeuvre.nearest < 100.0
 
 

@@ -164,7 +164,7 @@ def test_a_path_on_which_the_body_meets_something_is_led_past_it(direction: int)
     (change,) = mended_path(given, area, CONFIG).changes
     assert change.room < 0.0 < change.needed
     assert change.curvature <= change.possible
-    assert "beside the body, at least 0.05 m are kept: made smooth" in str(change)
+    assert "m, at least 0.05 m is required: made smooth" in str(change)
     path = mended_path(given, area, CONFIG).path
     assert [part.direction for part in path.parts] == [direction]
     poses = np.vstack([np.column_stack([at.x, at.y, at.phi]) for at in path.sample(0.05)])
