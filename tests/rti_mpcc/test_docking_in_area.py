@@ -232,7 +232,7 @@ def test_what_fills_the_only_way_is_waited_for() -> None:
     waiting = drive.commands[drive.between(7.0, goes)]
     assert {command.status for command in waiting} == {Status.STALLED}
     assert {command.diagnostics.cause for command in waiting} == {Reason.NO_WAY}
-    assert "that can be reached were looked at" in waiting[0].diagnostics.reason
+    assert "reachable nodes expanded" in waiting[0].diagnostics.reason
     assert drive.states[drive.between(7.0, goes), 0].max() < 7.0 - BRISK.vehicle.front
     driving = np.abs(drive.states[:, 3]) > STILL
     assert driving[drive.between(goes + 1.0, goes + 1.5)].any()
