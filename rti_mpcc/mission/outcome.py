@@ -1,4 +1,4 @@
-"""What a step has come to by the end of a cycle."""
+"""The outcome of a step at the end of a cycle."""
 
 from __future__ import annotations
 
@@ -19,62 +19,58 @@ TROUBLE = {
     Status.SEARCHING: MissionResult.NOT_DETECTED,
     Status.GOAL_LOST: MissionResult.NOT_DETECTED,
 }
-"""What a step comes to that goes on like this."""
+"""Result of a step whose status stays like this."""
 UNDECIDED = (Status.PLANNING, Status.STARTING)
 """They follow on trouble, and on none: what was known before holds."""
 
 
-class Outcome(NamedTuple):
-    """What a step has come to, and why, or ""; the agenda with what was seen of it."""
+class StepOutcome(NamedTuple):
+    """Result of a step, and why, or ""; the agenda with what was noted of it."""
 
     agenda: Agenda
     result: MissionResult
     reason: str = ""
 
 
-def outcome(agenda: Agenda, command: Command, signal: bool, now: float, settings: MissionSettings) -> Outcome:
-    """What the step that is under way has come to.
+def judge_step(
+    agenda: Agenda, command: Command, signal: bool, now: float, settings: MissionSettings
+) -> StepOutcome:
+    """The outcome of the step that is under way.
 
     Args:
-        command: of this cycle; signal: what tells that a wait or a straight move is over has done so.
+        command: of this cycle; signal: whether `until` of the step says that it is over.
         now: on the controller's own clock [s].
     """
-    step, begun = agenda.step, agenda.begun
+    step, started = agenda.step, agenda.begun
     assert step is not None
-    assert begun is not None
+    assert started is not None
     if isinstance(step, Wait):
-        over = signal or (step.seconds is not None and now - begun >= step.seconds)
-        return _unless_late(Outcome(agenda, MissionResult.SUCCEEDED if over else MissionResult.RUNNING), now)
-    agenda = _noted(agenda, command, now)
-    if isinstance(step, Straight) and signal:
-        return Outcome(agenda, MissionResult.SUCCEEDED, "it was told to stop")
-    if agenda.docked_since is not None and now - agenda.docked_since >= settings.settled:
-        return Outcome(agenda, MissionResult.SUCCEEDED)
-    if command.diagnostics.cause is Reason.NO_WAY and len(agenda.ways_out) > 1:
-        return Outcome(agenda, MissionResult.NOT_REACHED, command.diagnostics.reason)
-    if agenda.trouble is not None and now - agenda.trouble_since >= step.patience:
-        return Outcome(agenda, agenda.trouble, command.diagnostics.reason)
-    return _unless_late(Outcome(agenda, MissionResult.RUNNING), now)
-
-
-def _unless_late(found: Outcome, now: float) -> Outcome:
-    step, begun = found.agenda.step, found.agenda.begun
-    assert step is not None
-    assert begun is not None
-    if found.result is MissionResult.RUNNING and now - begun >= step.timeout:
-        return found._replace(result=MissionResult.TIMED_OUT, reason=f"it took {step.timeout:g} s")
-    return found
+        if signal or (step.seconds is not None and now - started >= step.seconds):
+            return StepOutcome(agenda, MissionResult.SUCCEEDED)
+    else:
+        agenda = _noted(agenda, command, now)
+        if isinstance(step, Straight) and signal:
+            return StepOutcome(agenda, MissionResult.SUCCEEDED, "ended by its signal")
+        if agenda.docked_since is not None and now - agenda.docked_since >= settings.settled:
+            return StepOutcome(agenda, MissionResult.SUCCEEDED)
+        reason = command.diagnostics.reason
+        if command.diagnostics.cause is Reason.NO_WAY and len(agenda.ways_out) > 1:
+            return StepOutcome(agenda, MissionResult.NOT_REACHED, reason)
+        if agenda.trouble is not None and now - agenda.trouble_since >= step.patience:
+            return StepOutcome(agenda, agenda.trouble, reason)
+    if now - started >= step.timeout:
+        return StepOutcome(agenda, MissionResult.TIMED_OUT, f"not over after {step.timeout:g} s")
+    return StepOutcome(agenda, MissionResult.RUNNING)
 
 
 def _noted(agenda: Agenda, command: Command, now: float) -> Agenda:
-    """With since when the vehicle stands where the step ends, or does not get on."""
+    """With the time since which the vehicle stands at the end of the step, or makes no progress."""
     since = agenda.docked_since if agenda.docked_since is not None else now
     agenda = replace(agenda, docked_since=since if command.docked else None)
     trouble = TROUBLE.get(command.status)
     if trouble is not None:
-        if agenda.trouble is None:
-            agenda = replace(agenda, trouble_since=now)
-        return replace(agenda, trouble=trouble)
+        since = now if agenda.trouble is None else agenda.trouble_since
+        return replace(agenda, trouble=trouble, trouble_since=since)
     if command.status in UNDECIDED and command.diagnostics.cause is not Reason.TURNS_WHEELS:
         return agenda
     return replace(agenda, trouble=None)
