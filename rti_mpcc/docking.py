@@ -20,7 +20,7 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import orders, rehearsal, scouting
+from rti_mpcc import rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
@@ -31,7 +31,7 @@ from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.orders import Order
+from rti_mpcc.orders import Follow, GoTo, Order, carried_out
 from rti_mpcc.planning import aim, goals, offsets, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -208,8 +208,8 @@ class DockingController:
         Raises:
             InputError: a goal or a manoeuvre for a controller that plans no ways.
         """
-        self.state = orders.carried_out(self.state, order, self._rerouter)
-        if orders.new_goal(order):
+        self.state = carried_out(self.state, order, self._rerouter)
+        if isinstance(order, GoTo | Follow):
             self._filter.reset()
 
     def step(

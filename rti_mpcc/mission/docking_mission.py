@@ -16,7 +16,7 @@ from geometry import Pose2
 from geometry.doors import door
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.checks import check_mission
-from rti_mpcc.mission.next_step import Next, advance, end_mission
+from rti_mpcc.mission.next_step import Next, advance_mission, end_mission
 from rti_mpcc.mission.outcome import StepOutcome, judge_step
 from rti_mpcc.mission.start import start_step
 from rti_mpcc.planning import validation
@@ -183,7 +183,7 @@ class DockingMission:
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction
         back_off = self.controller.config.mission.back_off
-        self._take(advance(outcome, self.steps, self.home, direction, now, back_off))
+        self._take(advance_mission(outcome, self.steps, self.home, direction, now, back_off))
 
     def _take(self, following: Next) -> None:
         self._keep(following.agenda)

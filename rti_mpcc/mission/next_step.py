@@ -20,7 +20,7 @@ class Next(NamedTuple):
     order: Order | None = None
 
 
-def advance(
+def advance_mission(
     outcome: StepOutcome, steps: tuple[AnyStep, ...], home: DriveTo | None, direction: int, now: float,
     back_off: float,
 ) -> Next:  # fmt: skip

@@ -9,6 +9,8 @@ import numpy as np
 from geometry.arrays import Array, Mask
 from geometry.compiled import Array1, Array2, Out2, inner, kernel
 
+_ALONE = 0.5  # of the longest window: length of a long arc that is left to its neighbours
+_EARLIEST = 0.5  # of the longest window: no cut between two windows is nearer to the start of the first
 _NOTHING = 1e-9  # [m], [1/m] a shorter arc is none, curvatures nearer to one another are the same
 
 
@@ -64,7 +66,50 @@ def merge_arcs(route: Array) -> Array:
     return np.array(merged).reshape(-1, 2)
 
 
-def cusps_of(route: Array) -> Mask:
+def find_cusps(route: Array) -> Mask:
     """Whether the direction changes after each arc but the last, (n - 1,)."""
     changes: Mask = route[1:, 0] * route[:-1, 0] < 0.0
     return changes
+
+
+def windows_of(route: Array, longest: float) -> list[Array]:
+    """A route (n, 2) cut into windows that are made smooth one by one: work and memory grow with its length
+    only.
+
+    It is cut inside of an arc, never between two, so both windows know the curvature that it has there, and
+    keep it. No window is longer than `longest` [m] but the middle of a long arc, a window of its own.
+    """
+    if length_of(route) <= longest:
+        return [route]
+    outside = _cut_long_arcs(route, _ALONE * longest)
+    return [each for piece in outside for each in ([piece] if len(piece) == 1 else _cut(piece, longest))]
+
+
+def _cut_long_arcs(route: Array, long: float) -> list[Array]:
+    """A route cut twice inside of each arc that is longer than twice `long` [m]: a half of that is left to
+    either side."""
+    cuts: list[Array] = []
+    started: list[Array] = []
+    for length, curvature in route:
+        if abs(length) <= 2.0 * long:
+            started.append(np.array([length, curvature]))
+            continue
+        side = 0.5 * np.sign(length) * long
+        cuts += [np.array([*started, (side, curvature)]), np.array([(length - 2.0 * side, curvature)])]
+        started = [np.array([side, curvature])]
+    return [*cuts, np.array(started)]
+
+
+def _cut(route: Array, longest: float) -> list[Array]:
+    """A route cut into pieces of at most `longest` [m], each in the middle of the longest arc there."""
+    cuts = []
+    while length_of(route) > longest:
+        ends = np.cumsum(np.abs(route[:, 0]))
+        first = np.maximum(ends - np.abs(route[:, 0]), _EARLIEST * longest)
+        last = np.minimum(ends, longest)
+        k = int(np.argmax(last - first))
+        at = 0.5 * float(first[k] + last[k])
+        left = np.sign(route[k, 0]) * (ends[k] - at)
+        cuts.append(np.vstack([route[:k], [route[k, 0] - left, route[k, 1]]]))
+        route = np.vstack([[left, route[k, 1]], route[k + 1 :]])
+    return [*cuts, route]

@@ -15,8 +15,8 @@ from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, inner, record
 from geometry.reeds_shepp import PIECES
 from rti_mpcc.route_planner.costs import (
+    SearchWorkspace,
     Terms,
-    Workspace,
     closeness_along,
     cost_along,
     find_curves,
@@ -61,7 +61,7 @@ def no_connection() -> Connection:
 
 @inner
 def connect(
-    tree: Tree, node: int, other: Tree, which: int, whole: Connection, terms: Terms, work: Workspace
+    tree: Tree, node: int, other: Tree, which: int, whole: Connection, terms: Terms, work: SearchWorkspace
 ) -> None:
     """Try curves from a node to the cheapest nodes of the other tree; keep the best whole route."""
     x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
@@ -86,7 +86,7 @@ def connect(
 
 @inner
 def _find_targets(
-    tree: Tree, node: int, other: Tree, whole: Connection, terms: Terms, work: Workspace
+    tree: Tree, node: int, other: Tree, whole: Connection, terms: Terms, work: SearchWorkspace
 ) -> int:
     """Find the nodes of the other tree by which a route through a node is cheapest; returns their number."""
     x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
@@ -112,7 +112,9 @@ def _find_targets(
 
 
 @inner
-def _find_priced_curves(tree: Tree, node: int, other: Tree, there: int, terms: Terms, work: Workspace) -> int:
+def _find_priced_curves(
+    tree: Tree, node: int, other: Tree, there: int, terms: Terms, work: SearchWorkspace
+) -> int:
     """Find the curves from a node to one of the other tree, with the cost of a whole route by each without
     closeness; returns their number."""
     pose: Array = tree.pose[node]

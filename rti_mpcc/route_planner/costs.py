@@ -61,7 +61,7 @@ class Terms(NamedTuple):
 
 
 @record
-class Workspace(NamedTuple):
+class SearchWorkspace(NamedTuple):
     """A body, all that is solid around it, and buffers to compute in.
 
     Attributes:
@@ -83,9 +83,9 @@ class Workspace(NamedTuple):
     target_costs: Out1
 
 
-def workspace_of(body: BodyShape, solid: SolidShapes) -> Workspace:
+def workspace_of(body: BodyShape, solid: SolidShapes) -> SearchWorkspace:
     """Buffers for a body among all that is solid."""
-    return Workspace(
+    return SearchWorkspace(
         body=body,
         solid=solid,
         shape=np.empty((max(solid.largest, 2), 2)),
@@ -100,7 +100,7 @@ def workspace_of(body: BodyShape, solid: SolidShapes) -> Workspace:
 
 
 @inner
-def clear_at(work: Workspace, x: float, y: float, phi: float, within: float) -> float:
+def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: float) -> float:
     """Clearance of the body at a pose, `within` where nothing is nearer [m]."""
     return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness)
 
@@ -133,7 +133,7 @@ def closeness_of(clearance: float, terms: Terms) -> float:
 
 
 @inner
-def find_curves(x: float, y: float, phi: float, target: Array, terms: Terms, work: Workspace) -> int:
+def find_curves(x: float, y: float, phi: float, target: Array, terms: Terms, work: SearchWorkspace) -> int:
     """Find the curves from a pose to another one (3,); returns their number."""
     c, s = cos(phi), sin(phi)
     dx, dy = target[0] - x, target[1] - y
@@ -142,7 +142,7 @@ def find_curves(x: float, y: float, phi: float, target: Array, terms: Terms, wor
 
 
 @inner
-def take_curve(work: Workspace, i: int, radius: float) -> None:
+def take_curve(work: SearchWorkspace, i: int, radius: float) -> None:
     """Put the i-th curve that was found into `work.curve`."""
     for k in range(PIECES):
         length = work.lengths[i, k] * radius
@@ -182,7 +182,7 @@ def joint_cost(arcs: Array, onward: float, bent: float, terms: Terms) -> float:
 
 @inner
 def closeness_along(
-    x: float, y: float, phi: float, arcs: Array, most: float, terms: Terms, work: Workspace
+    x: float, y: float, phi: float, arcs: Array, most: float, terms: Terms, work: SearchWorkspace
 ) -> tuple[float, int]:
     """Cost of a curve for being close to something, and the number of poses that were checked for it.
 
@@ -220,7 +220,7 @@ def step_to_take(clear: float, left: float, lever: float, terms: Terms) -> float
 
 
 @inner
-def _is_blocked(x: float, y: float, phi: float, arcs: Array, terms: Terms, work: Workspace) -> bool:
+def _is_blocked(x: float, y: float, phi: float, arcs: Array, terms: Terms, work: SearchWorkspace) -> bool:
     """Whether a curve is blocked at one of a few poses, from its middle on: most blocked ones are."""
     whole = 0.0
     for k in range(len(arcs)):

@@ -21,7 +21,7 @@ import numpy as np
 
 from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out2, Out3, inner, kernel
-from rti_mpcc.route_planner.arcs import cusps_of, length_of, pose_after
+from rti_mpcc.route_planner.arcs import find_cusps, length_of, pose_after
 
 MIDDLE_X: Final = 0
 MIDDLE_Y: Final = 1
@@ -68,7 +68,7 @@ class CurvatureProfile:
         Args:
             spacing: of the knots [m]; arc: length of the arcs [m]; both at most.
         """
-        segments = np.split(route, np.flatnonzero(cusps_of(route)) + 1)
+        segments = np.split(route, np.flatnonzero(find_cusps(route)) + 1)
         lengths = [length_of(each) for each in segments]
         knots = [
             _means(each, whole, max(ceil(whole / spacing), 2) + 1)

@@ -1,8 +1,8 @@
 """A route made drivable: smooth, where that can be and is clear, and else with stops to turn the wheels.
 
-Each window of the route (`windows`) is made smooth on its own and checked at every centimetre. One that does
-not become smooth, or comes too near to something, stays as it was found: there the wheels are turned at rest
-wherever the curvature steps.
+Each window of the route is made smooth on its own and checked at every centimetre. One that does not become
+smooth, or comes too near to something, stays as it was found: there the wheels are turned at rest wherever
+the curvature steps.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from math import pi
 import numpy as np
 
 from geometry.arrays import Array, Mask
-from rti_mpcc.route_planner.arcs import cusps_of, poses_after, split_arcs, split_counts
+from rti_mpcc.route_planner.arcs import find_cusps, poses_after, split_arcs, split_counts, windows_of
 from rti_mpcc.route_planner.problem import CHECK, RouteProblem
 from rti_mpcc.route_planner.smoothing import Smoothing
-from rti_mpcc.route_planner.windows import Window, windows_of
 
 _WINDOW = 25.0  # longest window of a route, in radii of the sharpest bend
 _ITERATIONS = 40  # of a smoothing, at most
@@ -50,7 +49,7 @@ class DrivableRoute:
     @property
     def segments(self) -> list[tuple[Array, float]]:
         """Arcs (n_i, 2) between two stops, of which a cusp is one, and the least clearance along them [m]."""
-        ends = np.flatnonzero(cusps_of(self.arcs) | self.stops[:-1]) + 1
+        ends = np.flatnonzero(find_cusps(self.arcs) | self.stops[:-1]) + 1
         each = zip(np.split(self.arcs, ends), np.split(self.clearances, ends), strict=True)
         return [(arcs, float(clearances.min())) for arcs, clearances in each]
 
@@ -78,19 +77,22 @@ def make_drivable(
         return DrivableRoute(arcs=last, stops=np.zeros(len(last), np.bool_), clearances=clearances)
     at = reached = problem.start
     found: list[DrivableRoute] = []
-    for window in windows_of(route, _WINDOW / problem.config.max_curvature):
-        target = reached = poses_after(reached, window.arcs)[-1]
+    windows = windows_of(route, _WINDOW / problem.config.max_curvature)
+    for k, arcs in enumerate(windows):
+        joints = k > 0, k < len(windows) - 1
+        target = reached = poses_after(reached, arcs)[-1]
         after = last[:0]
-        if not window.joints[1]:
+        if not joints[1]:
             # The place as it was given, less the last arc; the heading on the branch on which the route ends.
             target, after = problem.before_goal(float(last[:, 0].sum())), last
             target[2] += 2.0 * pi * round((reached[2] - target[2]) / (2.0 * pi))
         made = None
-        if not window.alone:
-            made = yield from _smooth(problem, window, at, target, after, least)
+        if len(arcs) > 1 or not all(joints):  # the middle of a long arc is smooth as it is
+            smoothing = Smoothing(problem, arcs, at, target, _end_curvatures(arcs, joints, after))
+            made = yield from _smooth(problem, smoothing, at, after, least)
         if made is None:
-            stops = np.arange(len(window.arcs) + len(after)) < len(window.arcs) + len(after) - 1
-            made = yield from _checked(problem, at, window.arcs, after, stops)
+            stops = np.arange(len(arcs) + len(after)) < len(arcs) + len(after) - 1
+            made = yield from _checked(problem, at, arcs, after, stops)
         found.append(made)
         if made.clearance < problem.config.route.hard_minimum:
             break
@@ -98,15 +100,18 @@ def make_drivable(
     return DrivableRoute.chain(found)
 
 
-def _smooth(
-    problem: RouteProblem, window: Window, start: Array, target: Array, last: Array, least: float
-) -> Generator[None, None, DrivableRoute | None]:
-    """A window made smooth from `start` (3,) to its `target` (3,), with the last arc after it, if any; None
-    where it does not become smooth and clear."""
-    arcs, (before, after) = window.arcs, window.joints
+def _end_curvatures(arcs: Array, joints: tuple[bool, bool], last: Array) -> tuple[float | None, float | None]:
+    """Curvatures [1/m] that a window keeps at its ends: where another one joins, and before the last arc."""
     straight = 0.0 if len(last) > 0 and float(last[0, 0]) * float(arcs[-1, 0]) > 0.0 else None
-    ends = float(arcs[0, 1]) if before else None, float(arcs[-1, 1]) if after else straight
-    smoothing, raises = Smoothing(problem, arcs, start, target, ends), 0
+    return float(arcs[0, 1]) if joints[0] else None, float(arcs[-1, 1]) if joints[1] else straight
+
+
+def _smooth(
+    problem: RouteProblem, smoothing: Smoothing, start: Array, last: Array, least: float
+) -> Generator[None, None, DrivableRoute | None]:
+    """A window made smooth from `start` (3,), with the last arc after it, if any; None where it does not
+    become smooth and clear."""
+    raises = 0
     for _ in range(_ITERATIONS):
         smoothing.iterate()
         yield

@@ -37,8 +37,8 @@ from rti_mpcc.route_planner.connection import (
 from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
     NO_LENGTH,
+    SearchWorkspace,
     Terms,
-    Workspace,
     clear_at,
     closeness_of,
     least_to,
@@ -80,7 +80,7 @@ def _advance(
     whole: Connection,
     grid: CostToGo,
     terms: Terms,
-    work: Workspace,
+    work: SearchWorkspace,
     budget: int,
 ) -> int:
     """Expand up to `budget` nodes; returns how that ended."""
@@ -105,7 +105,7 @@ def _advance(
 
 @inner
 def _expand(
-    tree: Tree, node: int, other: Tree, whole: Connection, grid: CostToGo, terms: Terms, work: Workspace
+    tree: Tree, node: int, other: Tree, whole: Connection, grid: CostToGo, terms: Terms, work: SearchWorkspace
 ) -> None:
     """Enter all that can be reached from a node by one arc."""
     incoming, bent = tree.arc[node, 0], tree.arc[node, 1]
@@ -132,7 +132,7 @@ def _expand(
 
 @inner
 def _drive(
-    tree: Tree, node: int, sign: int, curvature: float, terms: Terms, work: Workspace
+    tree: Tree, node: int, sign: int, curvature: float, terms: Terms, work: SearchWorkspace
 ) -> tuple[float, float, float, float, float, float]:
     """End of an arc from a node: pose, clearance there [m], length driven [m], and cost of closeness."""
     x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.clearance[node]

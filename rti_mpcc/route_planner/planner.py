@@ -31,7 +31,7 @@ from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
 from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Roots
 from rti_mpcc.route_planner.leaving import leaving_arcs
 from rti_mpcc.route_planner.problem import ARC, RouteProblem
-from rti_mpcc.route_planner.results import is_there, manoeuvre_of, no_manoeuvre, nothing_to_drive
+from rti_mpcc.route_planner.results import manoeuvre_of, no_manoeuvre, nothing_to_drive
 from rti_mpcc.route_planner.shortening import shorten
 
 _log = logging.getLogger(__name__)
@@ -39,6 +39,7 @@ _log = logging.getLogger(__name__)
 FIRST = 0.01
 """Time of a slice before any has been timed [s]."""
 _FORGOTTEN = 0.9  # share of the longest slice that is expected after a cycle without one
+_SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
 _CELLS = 200_000  # of the grid of estimates, at most
 _SLICE = 8  # nodes of each tree that are expanded at a time
 _CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
@@ -124,7 +125,9 @@ def _planned(
     refused = _refused(problem, at_start, at_goal)
     if refused is not None:
         return refused
-    if is_there(problem, there):
+    start, goal = problem.given
+    along, across, heading = (max(there * most, _SAME) for most in problem.config.goal_tolerance)
+    if start.relative_to(goal).within((along, across, heading)):
         return nothing_to_drive(problem, min(at_start, at_goal))
     yield
     if at_start >= settings.hard_minimum:

@@ -15,7 +15,6 @@ LEAST_TOLERANCE = 0.5
 """Share of the tolerance at the end of the shortest segment."""
 _STANDING = 1.0
 """Length of the straight segment at the end of which a vehicle stands that is in its goal already [m]."""
-_SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
 
 
 def no_manoeuvre(
@@ -25,13 +24,6 @@ def no_manoeuvre(
     start, goal = problem.given
     nearest = min(nearest, problem.distance)
     return Manoeuvre(start=start, goal=goal, outcome=outcome, reason=reason, nodes=nodes, nearest=nearest)
-
-
-def is_there(problem: RouteProblem, share: float) -> bool:
-    """Whether the start is within a share of the goal tolerance of the goal."""
-    start, goal = problem.given
-    along, across, heading = (max(share * most, _SAME) for most in problem.config.goal_tolerance)
-    return start.relative_to(goal).within((along, across, heading))
 
 
 def nothing_to_drive(problem: RouteProblem, clearance: float) -> Manoeuvre:

@@ -18,8 +18,8 @@ from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import BodyShape, SolidShapes
 from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.costs import (
+    SearchWorkspace,
     Terms,
-    Workspace,
     closeness_along,
     cost_along,
     find_curves,
@@ -94,7 +94,7 @@ def shorten(
 
 
 @kernel
-def _advance(places: _Places, terms: Terms, work: Workspace, budget: int) -> None:
+def _advance(places: _Places, terms: Terms, work: SearchWorkspace, budget: int) -> None:
     """Try the next pairs of places, until so many poses were checked."""
     checked, i, j = 0, places.next_pair[_FROM], places.next_pair[_TO]
     while j < len(places.cost) and checked < budget:
@@ -109,7 +109,7 @@ def _advance(places: _Places, terms: Terms, work: Workspace, budget: int) -> Non
 
 
 @inner
-def _follow(places: _Places, j: int, terms: Terms, work: Workspace) -> int:
+def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> int:
     """Reach a place by the given route; returns the number of poses that were checked."""
     before, arc, curve = places.pose[j - 1], places.route[j - 1], work.curve
     curve[:] = 0.0
@@ -126,7 +126,7 @@ def _follow(places: _Places, j: int, terms: Terms, work: Workspace) -> int:
 
 
 @inner
-def _join(places: _Places, i: int, j: int, terms: Terms, work: Workspace) -> int:
+def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) -> int:
     """Reach a place from one before by a curve, if that costs less; returns the number of poses that were
     checked."""
     here, there, curve, order = places.pose[i], places.pose[j], work.curve, work.order

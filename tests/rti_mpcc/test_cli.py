@@ -144,7 +144,7 @@ def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFix
         main(["run", "short.toml", "--no-plots"])
         line, change = capsys.readouterr().err.splitlines()
         assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
-        assert "the path, part 0, theta = 0.00 to" in change
+        assert "the path, segment 0, theta = 0.00 to" in change
 
 
 def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:

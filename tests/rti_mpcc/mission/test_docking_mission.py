@@ -505,7 +505,7 @@ def test_states_clocks_and_detections_of_any_kind_do_no_harm(step: Callable[[], 
         assert command.mission is not None
 
 
-@pytest.mark.parametrize("name", ["start_step", "judge_step", "advance"])
+@pytest.mark.parametrize("name", ["start_step", "judge_step", "advance_mission"])
 def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
     name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

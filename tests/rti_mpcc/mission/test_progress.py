@@ -10,7 +10,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.config import MissionSettings
-from rti_mpcc.mission.next_step import Next, advance, end_mission
+from rti_mpcc.mission.next_step import Next, advance_mission, end_mission
 from rti_mpcc.mission.outcome import TROUBLE, UNDECIDED, StepOutcome, judge_step
 from rti_mpcc.orders import GoTo, Stand
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
@@ -122,7 +122,7 @@ def test_a_straight_move_is_over_by_its_signal_and_no_other_drive_is(some: Comma
 def then(
     agenda: Agenda, result: MissionResult, *steps: AnyStep, home: DriveTo | None = None, direction: int = 1
 ) -> Next:
-    return advance(StepOutcome(agenda, result, "why"), steps, home, direction, 12.0, BACK_OFF)
+    return advance_mission(StepOutcome(agenda, result, "why"), steps, home, direction, 12.0, BACK_OFF)
 
 
 def due(agenda: Agenda) -> list[tuple[str, int, int]]:

@@ -9,11 +9,17 @@ import pytest
 
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig
-from rti_mpcc.route_planner.arcs import cusps_of, length_of, merge_arcs, poses_after, split_arcs
+from rti_mpcc.route_planner.arcs import (
+    find_cusps,
+    length_of,
+    merge_arcs,
+    poses_after,
+    split_arcs,
+    windows_of,
+)
 from rti_mpcc.route_planner.curvature_profile import CurvatureProfile
 from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE, Smoothing
-from rti_mpcc.route_planner.windows import windows_of
 from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig()
@@ -24,7 +30,7 @@ LONGEST = 10.0
 
 def test_segments_end_at_cusps_and_keep_their_turns() -> None:
     profile = CurvatureProfile.of(ROUTE, 0.8, 0.2)
-    assert cusps_of(ROUTE).tolist() == [False, True, False, True]
+    assert find_cusps(ROUTE).tolist() == [False, True, False, True]
     assert profile.direction.tolist() == [1.0, -1.0, 1.0]
     assert profile.length.tolist() == [5.0, 2.0, 2.5]
     at = profile.traced(START)
@@ -99,19 +105,15 @@ def random_route(seed: int, count: int, longest: float) -> Array:
 def test_windows_make_up_the_route_and_are_short(seed: int, count: int, longest: float) -> None:
     route = random_route(seed, count, longest)
     windows = windows_of(route, LONGEST)
-    assert merge_arcs(np.concatenate([each.arcs for each in windows])) == pytest.approx(route)
-    for each in windows:
-        assert length_of(each.arcs) <= LONGEST + 1e-9 or each.alone
-        assert len(each.arcs) == 1 or not each.alone
+    assert merge_arcs(np.concatenate(windows)) == pytest.approx(route)
+    assert all(length_of(each) <= LONGEST + 1e-9 or len(each) == 1 for each in windows)
     for one, two in pairwise(windows):
-        assert (one.joints[1], two.joints[0]) == (True, True)
-        assert one.arcs[-1, 1] == two.arcs[0, 1]
-        assert one.arcs[-1, 0] * two.arcs[0, 0] > 0.0
-    assert (windows[0].joints[0], windows[-1].joints[1]) == (False, False)
+        assert one[-1, 1] == two[0, 1]
+        assert one[-1, 0] * two[0, 0] > 0.0
 
 
 def test_the_middle_of_a_long_arc_is_a_window_of_its_own() -> None:
     first, middle, last = windows_of(np.array([(2.0, 0.1), (100.0, 0.0), (-3.0, -0.1)]), LONGEST)
-    assert (first.alone, middle.alone, last.alone) == (False, True, False)
-    assert middle.arcs.tolist() == [[95.0, 0.0]]
-    assert first.arcs.tolist() == [[2.0, 0.1], [2.5, 0.0]]
+    assert middle.tolist() == [[95.0, 0.0]]
+    assert first.tolist() == [[2.0, 0.1], [2.5, 0.0]]
+    assert last.tolist() == [[2.5, 0.0], [-3.0, -0.1]]
