@@ -47,9 +47,6 @@ def leads_to_its_goal(made: Manoeuvre) -> bool:
     return hypot(at.x - end.x, at.y - end.y) <= 1e-6 and abs(wrap(at.phi - end.phi)) <= 1e-6
 
 
-# -- vehicles and margins ------------------------------------------------------------------------------------
-
-
 @FEWER
 @given(wheelbase=WHEELBASES, hard_minimum=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
 @example(wheelbase=2.875, hard_minimum=0.05)
@@ -65,9 +62,6 @@ def test_in_an_empty_yard_there_is_a_route_for_any_vehicle_and_any_margin(
     made = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), goal, yard(20.0 * wheelbase + 5.0), config)
     assert made.outcome is PlanOutcome.FOUND, made.reason
     assert leads_to_its_goal(made)
-
-
-# -- starts and goals ----------------------------------------------------------------------------------------
 
 
 @FEWER
@@ -99,12 +93,6 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
     lane = Area(boundary=[(-5.0, -wide), (long, -wide), (long, wide), (-5.0, wide)])
     made = plan_manoeuvre(Pose2(-3.0, 0.0, 0.0), Pose2(0.5, 0.0, 0.0), lane)
     assert made.outcome is PlanOutcome.FOUND, made.reason
-
-
-# -- ways of arcs --------------------------------------------------------------------------------------------
-
-
-# -- repaired paths ------------------------------------------------------------------------------------------
 
 
 @FEWER

@@ -16,6 +16,7 @@ from tests.rti_mpcc.yards import BRISK, START, YARD, block
 
 HALF = 0.5 * BRISK.vehicle.width
 ENDS = 8
+WALLS = [(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)]
 
 
 def clear(end: Pose2, area: Area) -> float:
@@ -41,8 +42,7 @@ def test_where_all_is_clear_it_is_straight_on(distance: float, here: Pose2) -> N
 def test_past_what_fills_one_side_it_bends_to_the_other(distance: float, side: float) -> None:
     x = 7.5 if distance > 0.0 else -6.0
     low, high = sorted((-0.7 * side, 7.0 * side))
-    area = YARD.with_obstacles([block(x - 0.5, low, x + 0.5, high)])
-    area = Area(boundary=[(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)], obstacles=area.obstacles)
+    area = Area(boundary=WALLS, obstacles=[*YARD.obstacles, block(x - 0.5, low, x + 0.5, high)])
     ends = undock_ends(START, distance, area, BRISK)
     assert ends
     assert ends[0].y * side < -0.2
@@ -57,7 +57,7 @@ def test_where_all_is_filled_there_is_none(distance: float) -> None:
         block(5.0, -7.0, 9.0, 7.0),
         block(-9.0, -7.0, -3.0, 7.0),
     ]
-    area = Area(boundary=[(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)], obstacles=walls)
+    area = Area(boundary=WALLS, obstacles=walls)
     assert undock_ends(START, distance, area, BRISK) == ()
 
 
