@@ -16,8 +16,7 @@ from geometry import Pose2
 from geometry.doors import door
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.checks import check_mission
-from rti_mpcc.mission.next_step import Next, advance_mission, end_mission
-from rti_mpcc.mission.outcome import StepOutcome, judge_step
+from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
 from rti_mpcc.mission.start import start_step
 from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord

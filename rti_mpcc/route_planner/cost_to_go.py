@@ -15,8 +15,8 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
-from rti_mpcc.config import RoutePlanner, Vehicle
-from rti_mpcc.route_planner.priority_queue import pop, push
+from rti_mpcc.config import RoutePlanner
+from rti_mpcc.route_planner.tree import pop, push
 
 _AXLE = Body.of([(0.0, 0.0)])
 _SLICE = 4096  # places that are checked at a time
@@ -52,11 +52,6 @@ def axle_clearances(
         clear[some] = solid.signed_distances(_AXLE, points[some], reach)[:, 0]
         yield
     return np.minimum(clear, reach).reshape(rows, columns)
-
-
-def disc_of(vehicle: Vehicle) -> float:
-    """Radius of the largest disc around the rear axle that is inside a rectangular body [m]."""
-    return 0.0 if vehicle.outline is not None else min(0.5 * vehicle.width, vehicle.rear, vehicle.front)
 
 
 def cost_to_go(

@@ -46,8 +46,8 @@ from rti_mpcc.route_planner.costs import (
     step_to_take,
     workspace_of,
 )
-from rti_mpcc.route_planner.priority_queue import EMPTY, push, slot_of
 from rti_mpcc.route_planner.tree import (
+    EMPTY,
     EXPANDED,
     NODES,
     NONE,
@@ -57,7 +57,9 @@ from rti_mpcc.route_planner.tree import (
     branch_to,
     enlarged,
     lattice_key,
+    push,
     rooted,
+    slot_of,
     take_next,
 )
 

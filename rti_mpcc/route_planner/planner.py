@@ -25,7 +25,7 @@ from geometry.doors import door
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go, disc_of
+from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
 from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Roots
@@ -211,7 +211,8 @@ def _estimates(
     """Costs to the goal (3,) and to the start, slice by slice."""
     settings, low, high = problem.config.route, problem.low, problem.high
     cell = max(ARC * terms.radius, sqrt(float(np.prod(high - low)) / _CELLS))
-    radius = disc_of(problem.config.vehicle)
+    vehicle = problem.config.vehicle  # its largest disc around the rear axle, if the body is a rectangle
+    radius = 0.0 if vehicle.outline is not None else min(0.5 * vehicle.width, vehicle.rear, vehicle.front)
     clear = yield from axle_clearances(problem.grid, low, high, cell, radius + settings.margin + cell)
     to_goal = yield from cost_to_go(clear, low, cell, radius, goal, settings)
     to_start = yield from cost_to_go(clear, low, cell, radius, problem.start, settings)
@@ -236,13 +237,13 @@ def _refused(problem: RouteProblem, at_start: float, at_goal: float) -> Manoeuvr
 
 
 def _too_near(problem: RouteProblem, outcome: PlanOutcome, clearance: float, more: str = "") -> Manoeuvre:
-    at_start = outcome is PlanOutcome.START_IN_COLLISION
-    pose, name = (problem.given[0], "start") if at_start else (problem.given[1], "goal")
-    said = f"overlaps an obstacle by {-clearance:.3f} m"
-    if clearance >= 0.0:
-        said = f"has a clearance of {clearance:.3f} m"
+    at_goal = outcome is PlanOutcome.GOAL_IN_COLLISION
+    name, pose = "goal" if at_goal else "start", problem.given[at_goal]
+    found = f"has a clearance of {clearance:.3f} m"
+    if clearance < 0.0:
+        found = f"overlaps an obstacle by {-clearance:.3f} m"
     reason = (
-        f"the body at the {name} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {said}, "
+        f"the body at the {name} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {found}, "
         f"at least {problem.config.route.hard_minimum} m is required{more}"
     )
     return no_manoeuvre(problem, outcome, reason)

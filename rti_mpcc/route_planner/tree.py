@@ -1,4 +1,4 @@
-"""A tree of a search: nodes that are poses, the arc that leads to each, and the order of their expansion.
+"""Memory of a best-first search: a tree of poses and the arcs between them, a heap, and tables of cells.
 
 A pose is in a cell of a lattice (x, y, heading), with the direction of the arc to it. Of the poses in one
 cell the cheapest one is kept, exactly.
@@ -12,10 +12,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Array
+from geometry.arrays import Array, Index
 from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel, record
-from rti_mpcc.route_planner.priority_queue import EMPTY, pop, slot_of
 
+EMPTY: Final = 0
+"""A free slot of a table: keys are larger."""
 NODES: Final = 0
 QUEUED: Final = 1
 EXPANDED: Final = 2
@@ -32,6 +33,48 @@ _MOST_TARGETS: Final = 1024
 _HEADINGS: Final = 72
 _AREA: Final = 0.5  # [radii] one target for curves in each cell of this size ...
 _AREA_HEADINGS: Final = 8  # ... and each of these sectors of the heading
+
+
+@inner
+def push(priority: Array, member: Index, size: int, value: float, node: int) -> int:
+    """Enter a node with its priority; returns the new size of the heap."""
+    i = size
+    while i > 0:
+        above = (i - 1) // 2
+        if priority[above] <= value:
+            break
+        priority[i], member[i] = priority[above], member[above]
+        i = above
+    priority[i], member[i] = value, node
+    return size + 1
+
+
+@inner
+def pop(priority: Array, member: Index, size: int) -> int:
+    """Take the node of least priority, which is member[0], out; returns the new size."""
+    size -= 1
+    value, node = priority[size], member[size]
+    i = 0
+    while 2 * i + 1 < size:
+        below = 2 * i + 1
+        if below + 1 < size and priority[below + 1] < priority[below]:
+            below += 1
+        if priority[below] >= value:
+            break
+        priority[i], member[i] = priority[below], member[below]
+        i = below
+    priority[i], member[i] = value, node
+    return size
+
+
+@inner
+def slot_of(keys: Index, key: int) -> int:
+    """Slot of a key in a table whose size is a power of 2, or the free slot where it belongs."""
+    mask = len(keys) - 1
+    at = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C1) & mask
+    while keys[at] != EMPTY and keys[at] != key:
+        at = (at + 1) & mask
+    return at
 
 
 @record

@@ -10,8 +10,15 @@ import pytest
 from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.config import MissionSettings
-from rti_mpcc.mission.next_step import Next, advance_mission, end_mission
-from rti_mpcc.mission.outcome import TROUBLE, UNDECIDED, StepOutcome, judge_step
+from rti_mpcc.mission.progress import (
+    TROUBLE,
+    UNDECIDED,
+    Next,
+    StepOutcome,
+    advance_mission,
+    end_mission,
+    judge_step,
+)
 from rti_mpcc.orders import GoTo, Stand
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait

@@ -16,7 +16,7 @@ from geometry import Area
 from geometry.shape_grid import Body
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
-from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
+from rti_mpcc.route_planner.tree import EMPTY, pop, push, slot_of
 
 Made = TypeVar("Made")
 AREA = Area(obstacles=[[(2.0, -1.0), (4.0, -1.0), (4.0, 3.0), (2.0, 3.0)]])
