@@ -13,14 +13,13 @@ left; the heading changes by d (h dkappa + kappa dh).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import ceil, cos, sin
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Array, Index
-from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out2, Out3, inner, kernel
+from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel, record
 from rti_mpcc.route_planner.arcs import find_cusps, length_of, pose_after
 
 MIDDLE_X: Final = 0
@@ -46,8 +45,8 @@ class Traced(NamedTuple):
     knot: Index
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CurvatureProfile:
+@record
+class CurvatureProfile(NamedTuple):
     """Segments that follow one another.
 
     Attributes:
@@ -55,11 +54,11 @@ class CurvatureProfile:
         knots: (k,) curvatures [1/m]; arcs: (m + 1,) index of the first arc of each.
     """
 
-    direction: Array
-    length: Array
-    first: Index
-    knots: Array
-    arcs: Index
+    direction: Out1
+    length: Out1
+    first: IndexOut1
+    knots: Out1
+    arcs: IndexOut1
 
     @classmethod
     def of(cls, route: Array, spacing: float, arc: float) -> CurvatureProfile:
@@ -92,19 +91,19 @@ class CurvatureProfile:
         """The same with curvatures of at most `most` [1/m]: the excess of a knot is moved to its neighbours,
         so that the heading turns by as much, where they have room for it."""
         segments = [_spread(each, most) for each in np.split(self.knots, self.first[1:-1])]
-        return replace(self, knots=np.concatenate(segments))
+        return self._replace(knots=np.concatenate(segments))
 
     def changed(self, change: Array) -> CurvatureProfile:
         """The same with curvatures and lengths changed by (k + m,)."""
         count = len(self.knots)
         length = np.maximum(self.length + change[count:], _LEAST_LENGTH)
-        return replace(self, knots=self.knots + change[:count], length=length)
+        return self._replace(knots=self.knots + change[:count], length=length)
 
     def traced(self, start: Array) -> Traced:
         """The arcs from a start (3,)."""
         arcs = int(self.arcs[-1])
         traced = Traced(np.empty((arcs, 3)), np.empty((arcs, ARC)), np.empty(arcs, np.int64))
-        _trace(start, self.direction, self.length, self.first, self.knots, self.arcs, *traced)
+        _trace(self, start, *traced)
         return traced
 
     def route(self, at: Traced) -> Array:
@@ -117,7 +116,7 @@ class CurvatureProfile:
     def slopes(self, at: Traced, rows: Index) -> Array:
         """Derivatives of the poses with these indices (n,) by curvatures and lengths, (n, 3, k + m), (R1)."""
         slopes = np.zeros((len(rows), 3, self.variables))
-        _slopes(self.direction, self.length, self.arcs, len(self.knots), *at, rows, slopes)
+        _slopes(self, *at, rows, slopes)
         return slopes
 
 
@@ -146,21 +145,12 @@ def _spread(knots: Array, most: float) -> Array:
 
 
 @kernel
-def _trace(
-    start: Array1,
-    direction: Array1,
-    length: Array1,
-    first: Index1,
-    knots: Array1,
-    segments: Index1,
-    poses: Out2,
-    arcs: Out2,
-    knot: IndexOut1,
-) -> None:
+def _trace(profile: CurvatureProfile, start: Array1, poses: Out2, arcs: Out2, knot: IndexOut1) -> None:
     x, y, phi = start[0], start[1], start[2]
-    for m in range(len(direction)):
-        count, d = segments[m + 1] - segments[m], direction[m]
-        h = length[m] / count
+    segments, first, knots = profile.arcs, profile.first, profile.knots
+    for m in range(len(profile.direction)):
+        count, d = segments[m + 1] - segments[m], profile.direction[m]
+        h = profile.length[m] / count
         for j in range(count):
             i, last = segments[m] + j, first[m + 1] - first[m] - 1
             place = (j + 0.5) / count * last
@@ -177,21 +167,14 @@ def _trace(
 
 @kernel
 def _slopes(
-    direction: Array1,
-    length: Array1,
-    segments: Index1,
-    knots: int,
-    poses: Array2,
-    arcs: Array2,
-    knot: Index1,
-    rows: Index1,
-    found: Out3,
+    profile: CurvatureProfile, poses: Array2, arcs: Array2, knot: Index1, rows: Index1, slopes: Out3
 ) -> None:
+    segments, knots = profile.arcs, len(profile.knots)
     for r in range(len(rows)):
         x, y = poses[rows[r], 0], poses[rows[r], 1]
-        for m in range(len(direction)):
-            count, d = segments[m + 1] - segments[m], direction[m]
-            h, slope = length[m] / count, found[r]
+        for m in range(len(profile.direction)):
+            count, d = segments[m + 1] - segments[m], profile.direction[m]
+            h, slope = profile.length[m] / count, slopes[r]
             for j in range(segments[m], min(segments[m + 1], rows[r] + 1)):
                 # R (p - m_j), and kappa_j d.
                 across_x, across_y = -(y - arcs[j, MIDDLE_Y]), x - arcs[j, MIDDLE_X]

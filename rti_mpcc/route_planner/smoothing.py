@@ -12,7 +12,6 @@ least norm take away the remaining error at the goal.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -101,7 +100,7 @@ class Smoothing:
         knots = profile.knots.copy()
         for k, bend in self._fixed:
             knots[k] = bend
-        self.profile = replace(profile, knots=knots)
+        self.profile = profile._replace(knots=knots)
         self._lack, self._trust, self.moved = _LACK, _TRUST, inf
         self._at = self._linearised(self.profile)
 
