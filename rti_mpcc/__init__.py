@@ -51,7 +51,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd, segm
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.process import prepare_process
-from rti_mpcc.route_planner.mending import MendedPath, PathChange, mended_path
+from rti_mpcc.route_planner.path_repair import MendedPath, PathChange, mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import (

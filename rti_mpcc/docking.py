@@ -20,7 +20,7 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import orders, scouting
+from rti_mpcc import scouting
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction
 from rti_mpcc.behaviour.status import Verdict, status_of
@@ -31,7 +31,7 @@ from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.orders import Follow, GoTo, Order
+from rti_mpcc.orders import Follow, GoTo, Order, carried_out
 from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -42,7 +42,7 @@ from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
-from rti_mpcc.route_planner.mending import PathChange, mended_path
+from rti_mpcc.route_planner.path_repair import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
@@ -211,7 +211,7 @@ class DockingController:
         Raises:
             InputError: a goal or a manoeuvre for a controller that plans no ways.
         """
-        self.state = orders.carried_out(self.state, order, self._rerouter)
+        self.state = carried_out(self.state, order, self._rerouter)
         if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
             self._filter.reset()
 

@@ -1,7 +1,4 @@
-"""What a controller is told to do in place of the path and the goal that it had: orders, as data.
-
-A mission gives them, one after the other; they are carried out by what drives a path and plans ways anyhow.
-"""
+"""Orders for a controller, as data, in place of the path and the goal that it had. A mission gives them."""
 
 from __future__ import annotations
 
@@ -20,19 +17,19 @@ from rti_mpcc.types import GoalOrigin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill in comfort, or as soon as can be (`at_once`), and stand."""
+    """Come to a standstill, and stand; `at_once`: as soon as possible, not in comfort."""
 
     at_once: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoOn:
-    """Go on with what the vehicle was stopped on."""
+    """Resume the route or path on which the vehicle was stopped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoTo:
-    """Plan a route to a goal, a pose of the rear axle, and drive it; terms: what is asked of the goal."""
+    """Plan a route to a goal, a pose of the rear axle in the world frame, and drive it on these terms."""
 
     goal: Pose2
     terms: GoalTerms = NO_TERMS
@@ -40,7 +37,7 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Follow:
-    """Drive a manoeuvre that starts where the vehicle stands; terms: what is asked of its goal."""
+    """Drive this manoeuvre, which starts where the vehicle stands, and no other one, on these terms."""
 
     manoeuvre: Manoeuvre
     terms: GoalTerms = NO_TERMS
@@ -50,11 +47,7 @@ Order = Stand | GoOn | GoTo | Follow
 
 
 def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
-    """The state of a controller that was given an order.
-
-    Raises:
-        InputError: a goal or a manoeuvre for a controller that plans no ways.
-    """
+    """The state of a controller that was given an order; one that plans no routes takes no goals."""
     if isinstance(order, Stand):
         s = transition_on(s, Event.TOLD_TO_STAND)
         return replace(s, task=replace(s.task, at_once=order.at_once))
@@ -68,7 +61,6 @@ def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> 
 
 
 def _with_goal(s: ControllerState, goal: Pose2, terms: GoalTerms) -> ControllerState:
-    """With another goal, of which nothing else is known."""
     s = moves.with_goal(s, goal)
     known = GoalState(planned=goal, dock=goal, pose=goal, origin=GoalOrigin.GIVEN, terms=terms)
     return replace(s, goal=known)

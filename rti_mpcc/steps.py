@@ -1,11 +1,11 @@
 """The steps of a mission, as data: dock, wait, drive straight, undock, drive to a pose.
 
-A mission is a list of them. How each is begun, and what it comes to, is in `rti_mpcc.mission`.
+A mission is a list of them; `rti_mpcc.mission` drives it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from math import inf
@@ -21,41 +21,46 @@ from geometry.doors import Admitted, admit, door
 from geometry.outline import checked_polygon, placed
 from rti_mpcc.types import Array
 
-Then = Literal["stop", "continue", "home"]  # after a step that failed for good
-Signal = Callable[[], bool]  # asked once a cycle
+Then = Literal["stop", "continue", "home"]
+"""Continuation after a step that failed for good: none, the next step, or the route home."""
+Signal = Callable[[], bool]
+"""Asked once a cycle."""
 
 
-LONGEST = 100.0  # [m] driven straight on or along a bend, at most: one cycle looks at all of it
+LONGEST = 100.0
+"""Largest distance of a straight move or an undocking [m]: one cycle checks all of it."""
 
-QUARTER = 4  # corners of a quarter of a circle around where something may be
+QUARTER = 4
+"""Corners of a quarter of a circle around where something may be."""
 
 
 class DockKind(Enum):
     """How the pose of a dock is known."""
 
     KNOWN = "known"
-    """It is where it is said to be."""
+    """It is at the given pose."""
     DETECTED = "detected"
-    """By detections: what is said is where it is expected."""
+    """By detections: the given pose is where it is expected."""
     CHARUCO = "charuco"
-    """The same, by its ChArUco board in the pictures of a camera."""
+    """By detections of its ChArUco board in the pictures of a camera."""
+
+
+Rule = tuple[str, bool, str]
+"""A field, whether its value is allowed, and what is allowed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step(Admitted):
-    """What all steps have.
+    """Fields of all steps. A value out of its range is refused with an `InputError`.
 
     Attributes:
-        timeout: the step has failed after so long [s].
-        patience: and where it does not get on for so long [s]: something is in the way, there is no plan or
-            no way, or the goal is not seen.
-        retries: so often it is tried again.
+        timeout: time after which the step has failed [s].
+        patience: and the time without progress [s]: it is blocked, there is no plan or no route, or the goal
+            is not seen.
+        retries: number of times that it is tried again.
         retry_from: place in the mission of the step from which it is tried again, an earlier one or its own;
             None: its own.
-        then: what comes after it has failed for good.
-
-    Raises:
-        InputError: a time that is not positive, or a negative count.
+        then: continuation after it has failed for good.
     """
 
     word: ClassVar[str] = ""
@@ -67,25 +72,28 @@ class Step(Admitted):
 
     def __post_init__(self) -> None:
         admit(self)
-        for name in ("timeout", "patience"):
-            _refuse_unless(getattr(self, name) > 0.0, self, name, "must be > 0")
-        for name in ("retries", "retry_from"):
-            count = getattr(self, name)
-            _refuse_unless(count is None or count >= 0, self, name, "must be a whole number >= 0")
+        times = [(name, getattr(self, name) > 0.0, "must be > 0") for name in ("timeout", "patience")]
+        counts = [
+            (name, (getattr(self, name) or 0) >= 0, "must be a whole number >= 0")
+            for name in ("retries", "retry_from")
+        ]
+        _refuse_unless(self, [*times, *counts])
+        _refuse_unless(self, self._rules())
+
+    def _rules(self) -> Iterable[Rule]:
+        return ()
 
 
-COMMON = tuple(each.name for each in fields(Step))  # what all steps have
+COMMON = tuple(each.name for each in fields(Step))
+"""Names of the fields of all steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Approach(Admitted):
-    """The straight last piece of the way into a dock.
+    """The straight last piece of the route into a dock.
 
     Attributes:
         length: at most LONGEST [m]; direction: +1 forward, -1 in reverse.
-
-    Raises:
-        InputError: a length that is not positive or more than LONGEST, or another direction.
     """
 
     length: float
@@ -93,9 +101,10 @@ class Approach(Admitted):
 
     def __post_init__(self) -> None:
         admit(self)
-        allowed = f"must be > 0 and at most {LONGEST:g} m"
-        _refuse_unless(0.0 < self.length <= LONGEST, self, "length", allowed)
-        _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
+        far = f"must be > 0 and at most {LONGEST:g} m"
+        either = "must be 1 (forward) or -1 (in reverse)"
+        good = 0.0 < self.length <= LONGEST
+        _refuse_unless(self, (("length", good, far), ("direction", self.direction in (1, -1), either)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +114,9 @@ class Straight(Step):
     Attributes:
         distance: at most LONGEST [m], negative in reverse.
         speed: at most [m/s]; steering: angle of the wheels, at most [rad].
-        tolerance: lateral [m] and heading [rad] error at its end, at most. It is not begun where the errors
-            are so large that they cannot be mended on the way. None: as it comes.
-        until: what tells that it is over before its distance, a contact say; None: nothing.
-
-    Raises:
-        InputError: a distance of 0 or more than LONGEST, or a limit or tolerance that is not positive.
+        tolerance: lateral [m] and heading [rad] error at its end, at most. It is not started where the errors
+            are too large to be corrected on it. None: any errors.
+        until: signal that it is over before its distance, a contact say; None: there is none.
     """
 
     word = "straight"
@@ -120,13 +126,12 @@ class Straight(Step):
     tolerance: tuple[float, float] | None = field(default=None, kw_only=True)
     until: Signal | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
+    def _rules(self) -> Iterable[Rule]:
+        two = "must be two numbers > 0: lateral [m], heading [rad]"
+        yield _distance_rule(self.distance)
         for name in ("speed", "steering"):
-            _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
-        allowed = "must be two numbers > 0: lateral [m], heading [rad]"
-        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", allowed)
+            yield name, 0.0 < getattr(self, name) < inf, "must be > 0, and finite"
+        yield "tolerance", _all_positive(self.tolerance), two
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,21 +140,16 @@ class Dock(Step):
 
     Attributes:
         pose: of the rear axle of the docked vehicle, world frame; None: the controller's own goal.
-        name: of the dock, for who reads of it.
+        name: of the dock, for readers.
         kind: see `DockKind`; None: as the controller's settings say.
-        board: that stands at it, of a `CHARUCO` dock.
-        approach: see there; None: any way into it.
+        board: at the dock, of a `CHARUCO` dock.
+        approach: see there; None: any route into it.
         tolerance: longitudinal [m], lateral [m], heading [rad]; None: that of the settings.
-        body: outline (k, 2) [m] of what is docked at, in the frame of `pose`: it is kept clear of in every
-            step but `Straight`, where the dock is seen to be. None: nothing.
+        body: outline (k, 2) [m] of the docked object, in the frame of `pose`: an obstacle in every step but
+            `Straight`, where the dock is detected. None: there is none.
         contact: the move that ends in contact, to be put into a mission behind it; None: there is none.
-        uncertainty: how wrong `pose` may be, at most, in its position [m] and heading [rad]: the way there
-            keeps clear of wherever `body` may be, but on the straight approach, on which the dock has to be
-            seen.
-
-    Raises:
-        InputError: a tolerance that is not positive, a body that is no polygon, a charuco dock without a
-            board, or a board of another dock.
+        uncertainty: largest error of `pose` in its position [m] and heading [rad]: the route keeps clear of
+            wherever `body` may be, but on the straight approach, on which the dock has to be detected.
     """
 
     word = "dock"
@@ -163,19 +163,16 @@ class Dock(Step):
     contact: Straight | None = field(default=None, kw_only=True)
     uncertainty: tuple[float, float] | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        Step.__post_init__(self)
-        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", _THREE)
-        allowed = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
+    def _rules(self) -> Iterable[Rule]:
+        yield "tolerance", _all_positive(self.tolerance), _THREE
         certain = self.uncertainty is None or (self.body is not None and self.approach is not None)
-        _refuse_unless(certain and _all_positive(self.uncertainty), self, "uncertainty", allowed)
+        pair = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
+        yield "uncertainty", certain and _all_positive(self.uncertainty), pair
         by_board = self.kind is DockKind.CHARUCO
-        _refuse_unless(
-            by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
-        )
+        yield "board", by_board == (self.board is not None), "a charuco dock has one, and no other"
         for name in ("tolerance", "approach", "kind"):
             alone = self.pose is None and getattr(self, name) is not None
-            _refuse_unless(not alone, self, name, "only of a dock with a pose, to which a way is planned")
+            yield name, not alone, "only of a dock with a pose, to which a route is planned"
         if self.body is not None:
             checked_polygon(self.body, "Dock.body")
 
@@ -191,28 +188,21 @@ class Dock(Step):
 
     @door(late=True)
     def body_at(self, pose: Pose2) -> Array | None:
-        """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""
+        """The outline (k, 2) of the body, where the dock is at this pose; None: there is none."""
         return None if self.body is None else placed(self.body, pose)
 
 
 @dataclass(frozen=True, slots=True)
 class Wait(Step):
-    """Stand for some seconds, or until something tells that it is over; with both until the first of them.
-
-    Raises:
-        InputError: negative seconds, or neither seconds nor `until`.
-    """
+    """Stand for some seconds, or until a signal; with both until the first of them."""
 
     word = "wait"
     seconds: float | None = None
     until: Signal | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        Step.__post_init__(self)
-        good = self.seconds is None or 0.0 <= self.seconds < inf
-        _refuse_unless(good, self, "seconds", "must be >= 0, and finite")
-        some = self.seconds is not None or self.until is not None
-        _refuse_unless(some, self, "seconds", "needs seconds, or until")
+    def _rules(self) -> Iterable[Rule]:
+        yield "seconds", self.seconds is None or 0.0 <= self.seconds < inf, "must be >= 0, and finite"
+        yield "seconds", self.seconds is not None or self.until is not None, "needs seconds, or until"
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,18 +210,14 @@ class Undock(Step):
     """Drive out of where the vehicle stands, straight on or along the best bend that is clear.
 
     Attributes:
-        distance: along the way out, at most LONGEST [m], negative in reverse.
-
-    Raises:
-        InputError: a distance of 0, or of more than LONGEST.
+        distance: along the route, at most LONGEST [m], negative in reverse.
     """
 
     word = "undock"
     distance: float
 
-    def __post_init__(self) -> None:
-        Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
+    def _rules(self) -> Iterable[Rule]:
+        yield _distance_rule(self.distance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,39 +227,29 @@ class DriveTo(Step):
     Attributes:
         pose: of the rear axle, world frame.
         tolerance: longitudinal [m], lateral [m], heading [rad]; None: that of the settings.
-
-    Raises:
-        InputError: a tolerance that is not positive.
     """
 
     word = "drive_to"
     pose: Pose2
     tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
-        Step.__post_init__(self)
-        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", _THREE)
+    def _rules(self) -> Iterable[Rule]:
+        yield "tolerance", _all_positive(self.tolerance), _THREE
 
 
 AnyStep = Dock | Wait | Straight | Undock | DriveTo
-
-
-_WAY = f"must not be 0, and at most {LONGEST:g} m either way"
 _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
-def _positive(value: float) -> bool:
-    return 0.0 < value < inf
-
-
-def _is_way(value: float) -> bool:
-    return 0.0 < abs(value) <= LONGEST
+def _distance_rule(value: float) -> Rule:
+    return "distance", 0.0 < abs(value) <= LONGEST, f"must not be 0, and at most {LONGEST:g} m either way"
 
 
 def _all_positive(values: tuple[float, ...] | None) -> bool:
-    return values is None or all(map(_positive, values))
+    return values is None or all(0.0 < value < inf for value in values)
 
 
-def _refuse_unless(good: bool, where: object, name: str, allowed: str) -> None:
-    if not good:
-        raise InputError(f"{type(where).__name__}.{name} = {getattr(where, name)!r}: {allowed}")
+def _refuse_unless(where: object, rules: Iterable[Rule]) -> None:
+    for name, good, allowed in rules:
+        if not good:
+            raise InputError(f"{type(where).__name__}.{name} = {getattr(where, name)!r}: {allowed}")

@@ -1,6 +1,6 @@
 """Whole missions on one controller: drive up, dock, wait, drive on straight, undock, drive away.
 
-`DockingMission` gives a controller its orders, one step after the other, and says what became of each.
+`DockingMission` gives a controller its orders, one step after the other, and reports the result of each.
 """
 
 from __future__ import annotations

@@ -14,14 +14,14 @@ from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
 _log = logging.getLogger(__name__)
 
 
-def check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
-    """Refuse what is no mission of this controller.
+def check_mission(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
+    """Refuse steps that are no mission of this controller.
 
     Raises:
         InputError: see `DockingMission`.
     """
     if not steps:
-        raise InputError("steps: a mission needs one at least")
+        raise InputError("steps: a mission needs at least one")
     if home is not None:
         if home.retry_from is not None:
             raise InputError(f"home.retry_from = {home.retry_from}: it has no place in the mission")
@@ -38,7 +38,7 @@ def check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingC
             raise InputError(f"{name}.then = 'home': the mission has no home")
         drives = isinstance(step, Straight | Undock | DriveTo) or (isinstance(step, Dock) and step.pose)
         if drives and controller.area is None:
-            raise InputError(f"{name}: needs planned ways, and this controller drives its path only")
+            raise InputError(f"{name}: needs planned routes; this controller drives its path only")
 
 
 def _check_pose(pose: Pose2, name: str, controller: DockingController) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import cast
 
 import numpy as np
@@ -15,20 +15,19 @@ from estimation import GoalMeasurement, GoalStatus
 from geometry import Pose2
 from geometry.doors import door
 from rti_mpcc.docking import DockingController
-from rti_mpcc.mission.begin import Around, begin
-from rti_mpcc.mission.checks import check
-from rti_mpcc.mission.next_step import Next, after, ended
-from rti_mpcc.mission.outcome import Outcome, outcome
+from rti_mpcc.mission.checks import check_mission
+from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
+from rti_mpcc.mission.start import start_step
 from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Wait
-from rti_mpcc.types import Array, Command, MissionReport, MissionResult, VehicleState
+from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
-"""A dock that is detected farther than this from where it was is given again: longitudinal [m], lateral [m],
-heading [rad]."""
+"""A body is moved with its dock where that is detected farther than this from it: longitudinal [m],
+lateral [m], heading [rad]."""
 
 _log = logging.getLogger(__name__)
 
@@ -36,7 +35,7 @@ _log = logging.getLogger(__name__)
 class DockingMission:
     """Drives a mission: gives the controller its orders, one step after the other.
 
-    What is left of the mission, and how it goes, is the `agenda` of `controller.state`.
+    The steps that are left, and the progress, are the `agenda` of `controller.state`.
 
     Args:
         controller: that drives; one that has a mission takes this one in its place.
@@ -61,27 +60,29 @@ class DockingMission:
     ) -> None:
         self.controller, self.steps = controller, cast("tuple[AnyStep, ...]", tuple(steps))
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
-        check(self.steps, self.home, controller)
-        due = tuple(Due(step=step, place=place) for place, step in enumerate(self.steps))
+        check_mission(self.steps, self.home, controller)
+        # A mission that has made no cycle has left nothing anywhere.
+        last = controller.state.agenda if controller.has_stepped else None
+        docks = [step for step in self.steps if isinstance(step, Dock) and step.pose is not None]
+        bodies = [step.body_at(step.pose) for step in docks if step.pose is not None]
         agenda = Agenda(
-            due=due,
+            due=tuple(Due(step=step, place=place) for place, step in enumerate(self.steps)),
             own_goal=controller.state.goal.planned,
-            # A mission that has made no cycle has left nothing anywhere.
-            bodies=_bodies(self.steps, controller.state.agenda if controller.has_stepped else None),
+            bodies=(*(last.standing if last else ()), *(each for each in bodies if each is not None)),
         )
         controller.state = replace(controller.state, agenda=agenda)
         self._cancelled = False
 
     @property
     def agenda(self) -> Agenda:
-        """What is left of it, and how it goes."""
+        """The steps that are left, and the progress."""
         agenda = self.controller.state.agenda
         assert agenda is not None
         return agenda
 
     @property
     def result(self) -> MissionResult:
-        """What the mission has come to; RUNNING while a step is left. See `over` for whether it stands."""
+        """Result of the mission; RUNNING while a step is left. See `over` for whether the vehicle stands."""
         return MissionResult.RUNNING if self.agenda.due else self.agenda.result
 
     @property
@@ -95,12 +96,12 @@ class DockingMission:
 
     @property
     def log(self) -> tuple[StepRecord, ...]:
-        """All steps that were begun, in order of time."""
+        """All steps that were started, in order of time."""
         return self.agenda.log
 
     @property
     def docks(self) -> bool:
-        """Whether the step under way makes for a dock that is not known: detections of it are of use."""
+        """Whether the step under way docks at a dock whose pose is not known: it needs detections."""
         step = self.agenda.step
         return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
 
@@ -110,7 +111,7 @@ class DockingMission:
         return self._cancelled
 
     def cancel(self) -> None:
-        """End it with the next step: the vehicle brakes to a standstill as soon as can be, and stands."""
+        """End it with the next cycle: the vehicle brakes to a standstill as soon as possible, and stands."""
         self._cancelled = True
 
     def step(
@@ -124,19 +125,21 @@ class DockingMission:
         clock: CycleClock | None = None,
         signal: bool | None = None,
     ) -> Command:
-        """One cycle, see `DockingController.step`; its command says how the mission goes on.
+        """One cycle, see `DockingController.step`; its command has the progress of the mission.
 
-        1. Begin the step that is due, where nothing is under way: the controller gets its order.
-        2. Let the controller make its cycle. Detections reach it while it docks, obstacles always.
-        3. See what the step has come to, and what comes next.
+        1. Start the step that is due, if none is under way: the controller gets its order.
+        2. The controller makes its cycle. Detections reach it while it docks, obstacles always.
+        3. Judge the outcome of the step; advance the mission.
 
         Args:
             goal: of a `Dock` without a pose.
-            signal: what `until` of the step under way would say; None: it is asked.
+            signal: in place of `until` of the step under way; None: that is asked.
         """
-        told = self.told(signal)
-        self._remember(goal)
-        self._guarded(lambda: self._begin(now))
+        over = self.told(signal)
+        usable = None if goal is None else validation.usable_goal(goal)
+        if usable is not None:  # for the next dock without a pose
+            self._keep(replace(self.agenda, told=usable))
+        self._guarded(lambda: self._start(now))
         command = self.controller.step(
             state,
             now=now,
@@ -146,42 +149,40 @@ class DockingMission:
             clock=clock,
         )
         place = self.agenda.due[0] if self.agenda.due else None
-        self._guarded(lambda: self._end(command, told))
+        self._guarded(lambda: self._end(command, over))
         return replace(command, mission=self._report(place))
 
-    # -- the three parts of a cycle --------------------------------------------------------------------
+    # -- the parts of a cycle --------------------------------------------------------------------------
 
-    def _begin(self, now: float) -> None:
-        """Begin what is due, or end it all, in the cycle at `now` on the user's clock [s]."""
+    def _start(self, now: float) -> None:
+        """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
         agenda, controller = self.agenda, self.controller
         clock, _ = validation.timed(controller.state.clock, now, controller.config)
         if self._cancelled:
             self._cancelled = False
             if agenda.due:
-                self._take(ended(agenda, MissionResult.CANCELLED, "", clock.now))
-            return
-        if not agenda.due or agenda.begun is not None:
-            return
-        s = replace(controller.state, clock=clock)
-        found = begin(agenda, Around(s=s, config=controller.config, area=controller.area))
-        self._take(Next(found.agenda, found.order))
-        if found.problem:
-            failed = Outcome(self.agenda, MissionResult.NOT_REACHED, found.problem)
-            self._take(self._after(failed, clock.now))
+                self._take(end_mission(agenda, MissionResult.CANCELLED, "", clock.now))
+        elif agenda.due and agenda.begun is None:
+            s = replace(controller.state, clock=clock)
+            started = start_step(agenda, s, controller.config, controller.area)
+            self._take(Next(started.agenda, started.order))
+            if started.problem:
+                failed = StepOutcome(self.agenda, MissionResult.NOT_REACHED, started.problem)
+                self._advance(failed, clock.now)
 
-    def _end(self, command: Command, told: bool) -> None:
-        """See what the step has come to."""
-        agenda, s = self.agenda, self.controller.state
+    def _end(self, command: Command, over: bool) -> None:
+        """Judge the step, and advance the mission."""
+        agenda, s, settings = self.agenda, self.controller.state, self.controller.config.mission
         if agenda.begun is None or not agenda.due:
             return
         if isinstance(agenda.step, Dock):
-            agenda = _making_for(agenda, agenda.step, s)
-        settings = self.controller.config.mission
-        self._take(self._after(outcome(agenda, command, told, s.now, settings), s.now))
+            agenda = _with_dock_pose(agenda, agenda.step, s)
+        self._advance(judge_step(agenda, command, over, s.now, settings), s.now)
 
-    def _after(self, found: Outcome, now: float) -> Next:
-        s, config = self.controller.state, self.controller.config
-        return after(found, self.steps, self.home, s.task.segment.part.direction, now, config)
+    def _advance(self, outcome: StepOutcome, now: float) -> None:
+        direction = self.controller.state.task.segment.part.direction
+        back_off = self.controller.config.mission.back_off
+        self._take(advance_mission(outcome, self.steps, self.home, direction, now, back_off))
 
     def _take(self, following: Next) -> None:
         self._keep(following.agenda)
@@ -192,26 +193,20 @@ class DockingMission:
         self.controller.state = replace(self.controller.state, agenda=agenda)
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """A mistake of this program ends the mission, not the control."""
+        """An internal error ends the mission, not the control."""
         before = self.controller.state
         try:
             part()
         except Exception as error:
-            _log.exception("mistake in a mission, the vehicle stands")
-            why = f"mistake: {' '.join(str(error).split())}"
+            _log.exception("internal error in a mission, the vehicle stops")
+            reason = f"internal error: {' '.join(str(error).split())}"
             self.controller.state = replace(before, agenda=self.agenda)
-            self._take(ended(self.agenda, MissionResult.NOT_REACHED, why, before.now))
+            self._take(end_mission(self.agenda, MissionResult.NOT_REACHED, reason, before.now))
 
-    # -- what comes in and goes out --------------------------------------------------------------------
-
-    def _remember(self, goal: Pose2 | None) -> None:
-        """Keep a goal that is told for the next `Dock` without a pose, if it is one to plan a way to."""
-        usable = None if goal is None else validation.usable_goal(goal)
-        if usable is not None:
-            self._keep(replace(self.agenda, told=usable))
+    # -- inputs and outputs ----------------------------------------------------------------------------
 
     def _own_goal(self, goal: Pose2 | None) -> Pose2 | None:
-        """What the controller is told while it docks without a pose: the goal, or an earlier one."""
+        """The goal for a controller that docks without a pose: the one given now, or an earlier one."""
         agenda = self.agenda
         if not isinstance(agenda.step, Dock) or agenda.step.pose is not None:
             return None
@@ -219,7 +214,7 @@ class DockingMission:
         return agenda.told if goal is None else goal
 
     def told(self, signal: bool | None = None) -> bool:
-        """Whether the step under way is told to be over: by its `until`, or by `signal` in the place of that.
+        """Whether `until` of the step under way, or `signal` in place of that, says that it is over.
 
         A user's function that raises says no.
         """
@@ -233,70 +228,60 @@ class DockingMission:
             return False
 
     def _obstacles(self, given: Sequence[ArrayLike] | None) -> Sequence[ArrayLike] | None:
-        """What the controller is told: what was given last, and what stands at docks."""
+        """Obstacles for the controller: those that were given last, and the bodies of docks."""
         agenda = self.agenda
-        agenda = replace(agenda, berth=agenda.berth and self._seen(agenda.berth))
+        agenda = replace(agenda, berth=agenda.berth and self._detected(agenda.berth))
         bodies = agenda.standing
         if given is not None:
-            agenda = replace(agenda, obstacles=_listed(given))
+            # An input that is no list stays as it is: the controller refuses it.
+            with suppress(Exception):
+                given = tuple(given)
+            agenda = replace(agenda, obstacles=given)
         elif bodies and agenda.obstacles is None:
             known = [each.outline for each in self.controller.state.area.obstacles]
-            others = tuple(each for each in known if not any(map(partial(np.array_equal, each), bodies)))
-            agenda = replace(agenda, obstacles=others)
+            others = (each for each in known if not any(np.array_equal(each, body) for body in bodies))
+            agenda = replace(agenda, obstacles=tuple(others))
         self._keep(agenda)
         if not bodies or not isinstance(agenda.obstacles, tuple):
             return agenda.obstacles
         return (*agenda.obstacles, *bodies)
 
-    def _seen(self, berth: Berth) -> Berth:
-        """With what is docked at where the dock is detected to be.
+    def _detected(self, berth: Berth) -> Berth:
+        """With the body of the dock where the dock is detected.
 
-        In between it is not told for a cycle: else it would be taken to move, and fast.
+        It is missing for a cycle between two places: else it would be taken for a fast obstacle.
         """
-        estimate, moved = self.controller.state.goal.estimate, _BODY_MOVED
+        estimate = self.controller.state.goal.estimate
+        pose = None if estimate is None else estimate.pose
         if berth.body_at is None:
-            return replace(berth, body_at=berth.pose if estimate is None else estimate.pose or berth.pose)
-        if not self.docks or estimate is None or estimate.pose is None:
+            return replace(berth, body_at=pose or berth.pose)
+        if not self.docks or estimate is None or pose is None or estimate.status is not GoalStatus.TRACKING:
             return berth
-        known = estimate.status is GoalStatus.TRACKING
-        if not known or estimate.pose.relative_to(berth.body_at).within(moved):
-            return berth
-        return replace(berth, body_at=None)
+        return berth if pose.relative_to(berth.body_at).within(_BODY_MOVED) else replace(berth, body_at=None)
 
     def _report(self, due: Due | None) -> MissionReport:
-        """How it goes on; `due` was under way in this cycle, or is to begin; None: no step was left."""
+        """The progress; `due` was under way in this cycle, or is to start; None: no step was left."""
         agenda = self.agenda
         last = agenda.log[-1] if agenda.log else None
         if due is not None:
             ended = agenda.begun is None and last is not None and last.end == self.controller.state.now
-            place, kind, attempt = due.place, due.step.word, due.attempt
             result = last.result if ended and last is not None else MissionResult.RUNNING
+            step = due.place, due.step.word, due.attempt
         elif last is not None:
-            place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
-        else:  # it was cancelled before any step was begun
-            place, kind, attempt, result = 0, self.steps[0].word, 0, agenda.result
+            step, result = (last.place, last.kind, last.attempt), last.result
+        else:  # it was cancelled before any step was started
+            step, result = (0, self.steps[0].word, 0), agenda.result
+        place, kind, attempt = step
         return MissionReport(
-            step=place,
-            kind=kind,
-            result=result,
-            mission_result=self.result,
-            attempt=attempt,
+            step=place, kind=kind, result=result, mission_result=self.result, attempt=attempt,
             reason=agenda.reason,
-        )
+        )  # fmt: skip
 
 
-def _listed(given: Sequence[ArrayLike]) -> Sequence[ArrayLike]:
-    """The outlines as a tuple; what is no list stays as it is: the controller says so."""
-    try:
-        return tuple(given)
-    except Exception:
-        return given
+def _with_dock_pose(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
+    """With the present pose of the dock; of a dock without a pose also the goal that was given.
 
-
-def _making_for(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
-    """With the pose that is made for; of a dock without a pose also the goal that was given.
-
-    Where that was not known when the step was begun, it is what the step is to end in.
+    Where that was not known at the start of the step, it is where the step is to end.
     """
     pose = s.goal_pose or (None if s.on_planned_way else s.path.end)
     if pose is None:
@@ -310,11 +295,3 @@ def _making_for(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
     if record.goal is None:
         record = replace(record, goal=pose, dock=pose)
     return replace(agenda, berth=replace(berth, pose=pose), own_goal=own, log=(*before, record))
-
-
-def _bodies(steps: tuple[AnyStep, ...], last: Agenda | None) -> tuple[Array, ...]:
-    """What stands at the docks of a mission, and where the last mission of its controller has left some."""
-    left = () if last is None else last.standing
-    docks = [step for step in steps if isinstance(step, Dock) and step.pose is not None]
-    placed = [step.body_at(step.pose) for step in docks if step.pose is not None]
-    return (*left, *(each for each in placed if each is not None))

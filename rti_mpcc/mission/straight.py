@@ -1,6 +1,6 @@
-"""A straight move with hardly any steering, and whether the errors at its begin can be mended on it.
+"""A straight move with hardly any steering, and whether the errors at its start can be corrected on it.
 
-With wheels of at most delta a bicycle of wheelbase L changes the slope of its way by at most
+With wheels of at most delta a bicycle of wheelbase L changes its heading by at most
 k = tan(delta)/L for each metre. From a lateral error y0 and a heading error h0 it comes, over l metres in the
 direction d = +1 or -1, to any heading error h1 with |h1 - h0| <= k l, and with that to any lateral error of
 
@@ -18,21 +18,21 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
-from rti_mpcc.mission.way_out import SPACING
+from rti_mpcc.mission.undock_ends import SPACING
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
 from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.steps import Straight
 
 STRAIGHT_END = 0.03
-"""Longitudinal tolerance of a straight move's end [m]: what is to be touched is no farther."""
-_BESIDE = 1.0  # what is farther from the body is not beside it [m]
+"""Longitudinal tolerance of a straight move's end [m]: a contact is no farther."""
+_BESIDE = 1.0  # an obstacle farther from the body is not beside it [m]
 
 
-def straight_on(
+def straight_order(
     step: Straight, axis: Pose2 | None, here: Pose2, area: Area | None, config: ControllerConfig
 ) -> tuple[Follow | None, str]:
-    """The order to drive it, or None and why it cannot be begun.
+    """The order to drive it, or None and why it cannot be started.
 
     Args:
         axis: dock at which the vehicle stands: the move is along its axis, and ends `distance` from it. None:
@@ -40,48 +40,48 @@ def straight_on(
     """
     line = here if axis is None else axis
     error = here.relative_to(line)
-    way = step.distance - error.x
-    if way * step.distance <= 0.0:
-        return None, f"the vehicle stands {error.x:.3f} m along it, beyond its end"
+    left = step.distance - error.x
+    if left * step.distance <= 0.0:
+        return None, f"the vehicle stands at {error.x:.3f} m of the move, beyond its end"
     curvature = tan(min(step.steering, config.limits.steering)) / config.vehicle.wheelbase
-    if step.tolerance is not None and not mendable(error, way, curvature, step.tolerance):
+    if step.tolerance is not None and not is_correctable(error, left, curvature, step.tolerance):
         return None, (
-            f"the errors across it are too large to be mended on {abs(way):.2f} m: "
-            f"{error.y:.3f} m and {degrees(error.phi):.2f} deg"
+            f"the errors are too large to be corrected over {abs(left):.2f} m: "
+            f"lateral {error.y:.3f} m, heading {degrees(error.phi):.2f} deg"
         )
     return _order(step, line, error.x, here, area, config), ""
 
 
-def mendable(
-    error: Pose2, way: float, curvature: float, tolerance: tuple[float, float], headings: int = 21
+def is_correctable(
+    error: Pose2, length: float, curvature: float, tolerance: tuple[float, float], headings: int = 21
 ) -> bool:
-    """Whether an error across a straight move can come within a tolerance on the way, (L1).
+    """Whether an error across a straight move can come within a tolerance on it, (L1).
 
     Args:
-        error: lateral [m] and heading [rad] at its begin.
-        way: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
+        error: lateral [m] and heading [rad] at its start.
+        length: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
         headings: number of headings at its end that are tried.
     """
     lateral, heading = tolerance
-    turn = curvature * abs(way)
+    turn = curvature * abs(length)
     low, high = max(-heading, error.phi - turn), min(heading, error.phi + turn)
     if low > high:
         return False
     for end in np.linspace(low, high, headings).tolist():
-        straight = error.y + 0.5 * (error.phi + end) * way
+        straight = error.y + 0.5 * (error.phi + end) * length
         turned = 0.0 if end == error.phi else 0.25 * (end - error.phi) ** 2 / curvature
-        swing = 0.25 * curvature * way**2 - turned
+        swing = 0.25 * curvature * length**2 - turned
         if abs(straight) - max(swing, 0.0) <= lateral:
             return True
     return False
 
 
 def _order(
-    step: Straight, line: Pose2, begin: float, here: Pose2, area: Area | None, config: ControllerConfig
+    step: Straight, line: Pose2, start: float, here: Pose2, area: Area | None, config: ControllerConfig
 ) -> Follow:
     direction = 1 if step.distance > 0.0 else -1
-    pieces = [(direction, 0.0, abs(step.distance - begin))]
-    path = ReferencePath.from_segments(start=line.compose(Pose2(begin, 0.0, 0.0)), segments=pieces)
+    pieces = [(direction, 0.0, abs(step.distance - start))]
+    path = ReferencePath.from_segments(start=line.compose(Pose2(start, 0.0, 0.0)), segments=pieces)
     lateral, heading = step.tolerance or config.goal_tolerance[1:]
     tolerance = (STRAIGHT_END, lateral, heading)
     segment = Segment(
@@ -92,7 +92,7 @@ def _order(
         speed=step.speed,
         steering=step.steering,
         wheels=0.0,
-        margin=_room(path, area, config),
+        margin=_clearance(path, area, config),
     )
     manoeuvre = Manoeuvre(
         start=here, goal=path.end, outcome=PlanOutcome.FOUND, segments=(segment,), nearest=0.0
@@ -100,13 +100,12 @@ def _order(
     return Follow(manoeuvre=manoeuvre, terms=GoalTerms(tolerance=tolerance, detected=False))
 
 
-def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> float | None:
-    """The least clearance of a body on the path [m]; None: more than enough, or not known."""
+def _clearance(path: ReferencePath, area: Area | None, config: ControllerConfig) -> float | None:
+    """Least clearance of a body on the path [m]; None: more than enough, or not known."""
     if area is None:
         return None
     (part,) = path.parts
     on_path = part.reference(part.places(SPACING))
     poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
-    room = area.grid.signed_distances(body_of(config.vehicle), poses, _BESIDE)[:, 0]
-    least = float(room.min())
+    least = float(area.grid.signed_distances(body_of(config.vehicle), poses, _BESIDE)[:, 0].min())
     return None if least >= config.clearance.wanted else max(least, 0.0)

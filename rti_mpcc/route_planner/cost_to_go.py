@@ -1,8 +1,7 @@
-"""How far it is from every place to one, past all that stands, for a point: Dijkstra on a grid.
+"""Cost from every place to one past all that is solid, for a point: Dijkstra on a grid.
 
-The point is the middle of the rear axle, with the largest disc around it that is inside the body. So what the
-grid tells is less than any vehicle takes. Near to what stands a metre counts more: the body is larger than
-that disc.
+The point is the middle of the rear axle, with the largest disc around it that is inside the body. So the grid
+is a lower bound for any vehicle. A metre close to something costs more: the body is larger than that disc.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
-from rti_mpcc.config import ControllerConfig, Vehicle
-from rti_mpcc.route_planner.priority_queue import pop, push
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.route_planner.tree import pop, push
 
 _AXLE = Body.of([(0.0, 0.0)])
-_SLICE = 4096  # places that are looked at at a time
+_SLICE = 4096  # places that are checked at a time
 _POPS = 16384  # cells that are taken from the heap at a time
 
 
@@ -29,7 +28,7 @@ class CostToGo(NamedTuple):
     """Costs at the middles of square cells.
 
     Attributes:
-        cost: (rows, columns) [m]; inf where there is no way.
+        cost: (rows, columns) [m]; inf where there is no route.
         origin: (2,) of the first cell's corner [m]; cell: [m].
     """
 
@@ -47,50 +46,46 @@ def axle_clearances(
     x, y = low[0] + cell * (np.arange(columns) + 0.5), low[1] + cell * (np.arange(rows) + 0.5)
     points = np.zeros((rows * columns, 3))
     points[:, 0], points[:, 1] = np.tile(x, rows), np.repeat(y, columns)
-    apart = np.empty(rows * columns)
+    clear = np.empty(rows * columns)
     for first in range(0, len(points), _SLICE):
         some = slice(first, first + _SLICE)
-        apart[some] = solid.signed_distances(_AXLE, points[some], reach)[:, 0]
+        clear[some] = solid.signed_distances(_AXLE, points[some], reach)[:, 0]
         yield
-    return np.minimum(apart, reach).reshape(rows, columns)
-
-
-def disc_of(vehicle: Vehicle) -> float:
-    """Radius of the largest disc around the rear axle that is inside a rectangular body [m]."""
-    return 0.0 if vehicle.outline is not None else min(0.5 * vehicle.width, vehicle.rear, vehicle.front)
+    return np.minimum(clear, reach).reshape(rows, columns)
 
 
 def cost_to_go(
-    apart: Array, low: Array, cell: float, radius: float, at: tuple[float, float], config: ControllerConfig
+    clear: Array, low: Array, cell: float, radius: float, to: Array, config: ControllerConfig
 ) -> Generator[None, None, CostToGo]:
-    """The costs to `at`, from distances as `axle_clearances` gives them; slice by slice.
+    """The costs to a pose, from distances as `axle_clearances` gives them; slice by slice.
 
     Args:
         radius: of the disc that has to fit [m].
     """
-    rows, columns = apart.shape
-    row = min(max(int((at[1] - low[1]) / cell), 0), rows - 1)
-    column = min(max(int((at[0] - low[0]) / cell), 0), columns - 1)
-    cost = np.full(apart.shape, inf)
+    rows, columns = clear.shape
+    row = min(max(int((to[1] - low[1]) / cell), 0), rows - 1)
+    column = min(max(int((to[0] - low[0]) / cell), 0), columns - 1)
+    cost = np.full(clear.shape, inf)
     cost[row, column] = 0.0
     # Each cell is entered by each of its neighbours at most.
-    heap, member = np.empty(8 * apart.size + 1), np.empty(8 * apart.size + 1, np.int64)
+    heap, member = np.empty(8 * clear.size + 1), np.empty(8 * clear.size + 1, np.int64)
     heap[0], member[0], size = 0.0, row * columns + column, 1
     # A cell counts as free if any place in it may be.
     least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.clearance.on_routes
-    closeness = config.route.closeness_cost
     while size > 0:
-        size = _dijkstra(apart, least, near, closeness, cell, heap, member, size, _POPS, cost)
+        size = _dijkstra(
+            clear, least, near, config.route.closeness_cost, cell, heap, member, size, _POPS, cost
+        )
         yield
-    cost.setflags(write=False)
     origin = low.copy()
-    origin.setflags(write=False)
+    for each in (cost, origin):
+        each.setflags(write=False)
     return CostToGo(cost=cost, origin=origin, cell=cell)
 
 
 @kernel
 def _dijkstra(
-    apart: Array2,
+    clear: Array2,
     least: float,
     near: float,
     closeness: float,
@@ -101,8 +96,8 @@ def _dijkstra(
     budget: int,
     cost: Out2,
 ) -> int:
-    """Take up to `budget` cells from a heap of so many; returns how many it has then."""
-    rows, columns = apart.shape
+    """Take up to `budget` cells from a heap of this size; returns its new size."""
+    rows, columns = clear.shape
     for _ in range(budget):
         if size == 0:
             break
@@ -116,9 +111,9 @@ def _dijkstra(
                 k, m = i + di, j + dj
                 if (di == 0 and dj == 0) or k < 0 or m < 0 or k >= rows or m >= columns:
                     continue
-                if apart[k, m] < least:
+                if clear[k, m] < least:
                     continue
-                lack = min(max((near - apart[k, m]) / (near - least), 0.0), 1.0)
+                lack = min(max((near - clear[k, m]) / (near - least), 0.0), 1.0)
                 there = value + cell * hypot(di, dj) * (1.0 + closeness * lack)
                 if there < cost[k, m]:
                     cost[k, m] = there
@@ -127,15 +122,12 @@ def _dijkstra(
 
 
 @inner
-def looked_up(known: CostToGo, x: float, y: float) -> float:
-    """Cost at a place, of the cell that it is in, less what it may be off within a cell [m]; inf outside."""
+def cost_at(known: CostToGo, x: float, y: float) -> float:
+    """Cost at a place, of its cell less the largest error within a cell [m]; inf outside."""
     row, column = int((y - known.origin[1]) / known.cell), int((x - known.origin[0]) / known.cell)
-    if (
-        y < known.origin[1]
-        or x < known.origin[0]
-        or row >= known.cost.shape[0]
-        or column >= known.cost.shape[1]
-    ):
+    if y < known.origin[1] or x < known.origin[0]:
+        return inf
+    if row >= known.cost.shape[0] or column >= known.cost.shape[1]:
         return inf
     left: float = max(known.cost[row, column] - known.cell, 0.0)
     return left

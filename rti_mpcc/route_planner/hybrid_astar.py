@@ -1,28 +1,28 @@
-"""Hybrid A*: a way for a car from one pose to another, past all that stands.
+"""Hybrid A*: a route for a car from one pose to another, past all that is solid.
 
 After Dolgov, Thrun, Montemerlo, Diebel, "Path planning for autonomous vehicles in unknown semi-structured
 environments", IJRR 2010. From a pose the vehicle drives arcs in both directions, with the wheels straight,
-half and fully turned; one that is blocked on the way ends where it is blocked.
+half and fully turned; an arc that is blocked ends where it is blocked.
 
-Two trees grow in turn, one from the start and, against time, one from the goal: what is tight at one end is
-easily left and hard to come into. Now and then the cheapest Reeds-Shepp curves from a node to places of the
-other tree are tried, of which its root is one; a clear one makes a whole way (`connection`).
+Two trees grow in turn, one from the start and, against time, one from the goal: a tight end is easily left
+and hard to enter. Now and then the cheapest Reeds-Shepp curves from a node to nodes of the other tree are
+tried, of which its root is one; a clear one makes a whole route (`connection`).
 
-What is left of a way is estimated by the larger of the Reeds-Shepp cost without obstacles and the cost of a
+The remaining cost is estimated by the larger of the Reeds-Shepp cost without obstacles and the cost of a
 point past them (`cost_to_go`), times a weight.
 """
 
 from __future__ import annotations
 
 from math import atan, hypot, inf, tan
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import inner, kernel
 from geometry.shape_grid import BodyShape, SolidShapes
-from rti_mpcc.route_planner.arcs import after
+from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.connection import (
     COST,
     FOUND_AT,
@@ -30,47 +30,46 @@ from rti_mpcc.route_planner.connection import (
     HERE,
     NEAREST,
     THERE,
-    Shots,
-    Whole,
+    Connection,
     connect,
-    none_found,
-    room_for_shots,
+    no_connection,
 )
-from rti_mpcc.route_planner.cost_to_go import CostToGo, looked_up
+from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
     NO_LENGTH,
-    Around,
-    Curves,
+    SearchWorkspace,
     Terms,
-    around_of,
     clear_at,
     closeness_of,
     least_to,
-    room_for_curves,
     steering_of,
     step_to_take,
+    workspace_of,
 )
-from rti_mpcc.route_planner.priority_queue import EMPTY, slot_of
 from rti_mpcc.route_planner.tree import (
+    EMPTY,
     EXPANDED,
+    NODES,
     NONE,
+    QUEUED,
     Tree,
-    add,
+    add_target,
     branch_to,
+    enlarged,
     lattice_key,
-    put_in_cell,
+    push,
     rooted,
+    slot_of,
     take_next,
-    take_place,
-    with_room,
 )
 
 SEARCHING: Final = 0
 EXHAUSTED: Final = 1
 ENDED: Final = 2
-"""How a slice of a search ended: it may go on, all is searched, no better way is expected."""
+"""How a slice of a search ended: it may continue, all is searched, no better route is expected."""
 
 _EVERY: Final = 4  # nodes that are expanded between two from which curves are tried
+_MORE: Final = 0.5  # after a first route so many times the nodes until then are expanded for a better one
 _HALVES: Final = 3  # of an arc's last step, where it is blocked
 _SHORTEST: Final = 0.3  # of the least distance between checks: a shorter arc is none
 
@@ -80,12 +79,10 @@ def _advance(
     tree: Tree,
     other: Tree,
     which: int,
-    whole: Whole,
-    around: Around,
+    whole: Connection,
     grid: CostToGo,
     terms: Terms,
-    shots: Shots,
-    curves: Curves,
+    work: SearchWorkspace,
     budget: int,
 ) -> int:
     """Expand up to `budget` nodes; returns how that ended."""
@@ -95,39 +92,39 @@ def _advance(
         if node == NONE:
             return ENDED if found else EXHAUSTED
         expanded = tree.counters[EXPANDED] + other.counters[EXPANDED]
-        if found and (least >= whole.best[COST] or expanded > (1.0 + terms.more) * whole.nodes[FOUND_AT]):
+        if found and (least >= whole.best[COST] or expanded > (1.0 + _MORE) * whole.nodes[FOUND_AT]):
             return ENDED
         tree.closed[node] = 1
         tree.counters[EXPANDED] += 1
         left = hypot(other.pose[0, 0] - tree.pose[node, 0], other.pose[0, 1] - tree.pose[node, 1])
         whole.best[NEAREST] = min(whole.best[NEAREST], left)
-        take_place(tree, node, terms)
+        add_target(tree, node, terms.radius)
         if (expanded + 1) % _EVERY == 0 or tree.counters[EXPANDED] <= 2:
-            connect(tree, node, other, which, whole, around, terms, shots, curves)
-        _branch(tree, node, other, whole, around, grid, terms)
+            connect(tree, node, other, which, whole, terms, work)
+        _expand(tree, node, other, whole, grid, terms, work)
     return SEARCHING
 
 
 @inner
-def _branch(
-    tree: Tree, node: int, other: Tree, whole: Whole, around: Around, grid: CostToGo, terms: Terms
+def _expand(
+    tree: Tree, node: int, other: Tree, whole: Connection, grid: CostToGo, terms: Terms, work: SearchWorkspace
 ) -> None:
-    """Enter what can be come to from a node by one arc."""
-    came, bent = tree.piece[node, 0], tree.piece[node, 1]
+    """Enter all that can be reached from a node by one arc."""
+    incoming, bent = tree.arc[node, 0], tree.arc[node, 1]
     most = atan(terms.wheelbase / terms.radius)
     for sign in range(-1, 2, 2):
         for wheel in range(-2, 3):
             # Half and fully turned wheels, not half and full curvature.
             steering = 0.5 * wheel * most
             curvature = tan(steering) / terms.wheelbase
-            if came != 0.0 and sign * came < 0.0 and curvature == bent:
-                continue  # the way that it came
+            if incoming != 0.0 and sign * incoming < 0.0 and curvature == bent:
+                continue  # back along the arc to this node
             base = tree.cost[node]
-            if came != 0.0:
+            if incoming != 0.0:
                 base += terms.steering * abs(steering - steering_of(bent, terms))
-                if sign * came < 0.0:
+                if sign * incoming < 0.0:
                     base += terms.cusp
-            x, y, phi, clear, driven, extra = _driven(tree, node, sign, curvature, around, terms)
+            x, y, phi, clear, driven, extra = _drive(tree, node, sign, curvature, terms, work)
             if driven < _SHORTEST * terms.check:
                 continue
             cost = base + (terms.ahead if sign > 0 else terms.back) * driven + extra
@@ -136,20 +133,19 @@ def _branch(
 
 
 @inner
-def _driven(
-    tree: Tree, node: int, sign: int, curvature: float, around: Around, terms: Terms
+def _drive(
+    tree: Tree, node: int, sign: int, curvature: float, terms: Terms, work: SearchWorkspace
 ) -> tuple[float, float, float, float, float, float]:
-    """Where the vehicle gets from a node on an arc: pose, clearance there [m], how far that is [m], and what
-    it costs to be close to something on the way."""
-    x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.room[node]
+    """End of an arc from a node: pose, clearance there [m], length driven [m], and cost of closeness."""
+    x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.clearance[node]
     longest = terms.arc * (2.0 if clear >= terms.open else 1.0)
     lever = 1.0 + terms.reach * abs(curvature)
     driven, extra, step = 0.0, 0.0, 0.0
-    halves = 0  # where it is blocked it goes as far as it gets, by halves
+    halves = 0  # where it is blocked the arc is driven as far as possible, by halves
     while halves <= _HALVES and driven < longest - NO_LENGTH:
         step = 0.5 * step if halves > 0 else step_to_take(clear, longest - driven, lever, terms)
-        next_x, next_y, next_phi = after(x, y, phi, sign * step, curvature)
-        ahead = clear_at(around, next_x, next_y, next_phi, terms.open)
+        next_x, next_y, next_phi = pose_after(x, y, phi, sign * step, curvature)
+        ahead = clear_at(work, next_x, next_y, next_phi, terms.open)
         if ahead >= terms.margin:
             x, y, phi, clear = next_x, next_y, next_phi, ahead
             driven += step
@@ -174,36 +170,47 @@ def _enter(
     grid: CostToGo,
     terms: Terms,
 ) -> None:
-    """Enter a pose that was come to from a node, if it is the cheapest in its cell so far."""
+    """Queue a pose that was reached from a node, if it is the cheapest in its cell so far."""
     root, target = tree.pose[0], other.pose[0]
     share = 0.5 if clear >= terms.open else 1.0
-    if clear < terms.tight and min(_apart(x, y, target), _apart(x, y, root)) < terms.fine:
-        share = terms.finer
+    if clear < terms.tight:
+        near = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])) < terms.fine
+        share = terms.finer if near else share
     key = lattice_key(tree, x, y, phi, length > 0.0, share, terms.cell)
     at = slot_of(tree.keys, key)
-    if tree.keys[at] != EMPTY and tree.cost[tree.place[at]] <= cost:
+    taken = tree.keys[at] != EMPTY
+    if taken and tree.cost[tree.in_cell[at]] <= cost:
         return
-    left = max(least_to(x, y, phi, target, terms), looked_up(grid, x, y))
-    if left < inf:
-        priority = cost + terms.weight * left
-        new = add(tree, node, x, y, phi, length, curvature, cost, clear, priority)
-        put_in_cell(tree, at, key, new)
+    left = max(least_to(x, y, phi, target, terms), cost_at(grid, x, y))
+    if left == inf:
+        return
+    new = tree.counters[NODES]
+    tree.counters[NODES] = new + 1
+    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
+    tree.arc[new, 0], tree.arc[new, 1] = length, curvature
+    tree.cost[new], tree.clearance[new], tree.parent[new], tree.closed[new] = cost, clear, node, 0
+    priority = cost + terms.weight * left
+    tree.counters[QUEUED] = push(tree.priority, tree.member, tree.counters[QUEUED], priority, new)
+    if taken:  # the node that had the cell is not expanded any more
+        tree.closed[tree.in_cell[at]] = 1
+    tree.keys[at], tree.in_cell[at] = key, new
 
 
-@inner
-def _apart(x: float, y: float, pose: Array) -> float:
-    return hypot(x - pose[0], y - pose[1])
+class Roots(NamedTuple):
+    """Poses (n, 3) from which a tree grows, arcs (n, 2) between them and the start or the goal, that are
+    driven before or after the route, and the costs (n,) of these."""
+
+    poses: Array
+    arcs: Array
+    costs: Array
 
 
 class HybridAStar:
-    """A search from a start to one of several goals, which goes on slice by slice.
+    """A search from one of several starts to one of several goals, which continues slice by slice.
 
     Args:
         body, solid: the vehicle, and all that is solid; terms: see there.
-        starts: (m, 3); came: (m, 2) signed length [m] and curvature [1/m] of a piece that leads to each, or
-            zeros; costs: (m,) of these [m].
-        goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
-            on from each of the goals.
+        starts, goals: the two ends; arcs of length 0 are none.
         grids: estimates of the cost to the goal and, against time, to the start.
     """
 
@@ -212,30 +219,24 @@ class HybridAStar:
         body: BodyShape,
         solid: SolidShapes,
         terms: Terms,
-        starts: Array,
-        came: Array,
-        costs: Array,
-        goals: Array,
-        last: Array,
+        starts: Roots,
+        goals: Roots,
         grids: tuple[CostToGo, CostToGo],
     ) -> None:
-        self._around, self._grids, self._last = around_of(body, solid), grids, last
+        self._work, self._grids, self._last = workspace_of(body, solid), grids, goals.arcs
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
-        self._trees = [rooted(starts, came), rooted(goals, last * (-1.0, 1.0))]
-        self._trees[0].cost[: len(costs)] = costs
-        self._whole, self._shots, self._curves = none_found(), room_for_shots(), room_for_curves()
+        self._trees = [rooted(*starts), rooted(goals.poses, goals.arcs * (-1.0, 1.0), goals.costs)]
+        self._whole = no_connection()
         self.state = SEARCHING
 
     def advance(self, budget: int) -> None:
         """Expand up to so many nodes in each tree."""
         for which in (1, 0):
             if self.state == SEARCHING:
-                self._trees[which] = with_room(self._trees[which], budget)
-                self.state = _advance(
-                    self._trees[which], self._trees[1 - which], which, self._whole, self._around,
-                    self._grids[which], self._terms[which], self._shots, self._curves, budget,
-                )  # fmt: skip
+                tree = self._trees[which] = enlarged(self._trees[which], budget)
+                other, grid, terms = self._trees[1 - which], self._grids[which], self._terms[which]
+                self.state = _advance(tree, other, which, self._whole, grid, terms, self._work, budget)
 
     @property
     def expanded(self) -> int:
@@ -244,17 +245,17 @@ class HybridAStar:
 
     @property
     def cost(self) -> float:
-        """Of the best way found so far; inf without one."""
+        """Of the best route found so far; inf without one."""
         return float(self._whole.best[COST])
 
     @property
     def nearest(self) -> float:
-        """How near to its other end a tree came [m]."""
+        """Least distance of a tree to its other end [m]."""
         return 0.0 if self.cost < inf else float(self._whole.best[NEAREST])
 
-    def way(self) -> tuple[int, Array, Array]:
-        """From which start the best way leads, (n, 2) signed lengths [m] and curvatures [1/m] of its pieces,
-        and the last piece that comes after it (1, 2), or none (0, 2)."""
+    def route(self) -> tuple[int, Array, Array]:
+        """The index of the start of the best route, its arcs (n, 2), signed lengths [m] and curvatures [1/m],
+        and the last arc that is driven after it (1, 2), or none (0, 2)."""
         whole = self._whole
         curve = whole.curve[whole.curve[:, 0] != 0.0]
         here, there = int(whole.nodes[HERE]), int(whole.nodes[THERE])

@@ -1,11 +1,11 @@
-"""From any pose to any other: a manoeuvre that the vehicle can drive, past all that stands in an area.
+"""From any pose to any other: a manoeuvre that the vehicle can drive, past all that is solid in an area.
 
-1. Hybrid A* from the start and, against time, from the goal, in turn: who begins where it is tight is soon
-   out of it, and nobody has to know which end that is (`searches`, `hybrid_astar`).
-2. The way found is made cheaper by Reeds-Shepp curves between places on it (`shortening`).
+1. Hybrid A* from the start and, against time, from the goal, in turn: from a tight end it is soon out, and
+   nobody has to know which end that is (`hybrid_astar`).
+2. The route is made cheaper by Reeds-Shepp curves between places on it (`shortening`).
 3. It is made drivable without standing still to steer (`smoothing`), and checked at every centimetre
    (`drivable`).
-4. Where that fails the way stays as it was found, and the wheels are turned at rest between its pieces.
+4. Where that fails the route stays as it was found, and the wheels are turned at rest between its arcs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,10 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
+from math import inf, sqrt
 from time import perf_counter
+
+import numpy as np
 
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
@@ -22,16 +25,24 @@ from geometry.doors import door
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.arcs import joined
+from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
 from rti_mpcc.route_planner.costs import Terms
-from rti_mpcc.route_planner.drivable import Kept, drivable
-from rti_mpcc.route_planner.leaving import Begins, arcs_out
-from rti_mpcc.route_planner.problem import Problem
-from rti_mpcc.route_planner.results import failed, found, is_there, standing
-from rti_mpcc.route_planner.searches import Ends, Searches
-from rti_mpcc.route_planner.shortening import shortened
+from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
+from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Roots
+from rti_mpcc.route_planner.leaving import leaving_arcs
+from rti_mpcc.route_planner.problem import ARC, RouteProblem
+from rti_mpcc.route_planner.results import manoeuvre_of, no_manoeuvre, nothing_to_drive
+from rti_mpcc.route_planner.shortening import shorten
 
 _log = logging.getLogger(__name__)
+
+FIRST = 0.01
+"""Time of a slice before any has been timed [s]."""
+_FORGOTTEN = 0.9  # share of the longest slice that is expected after a cycle without one
+_SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
+_CELLS = 200_000  # of the grid of estimates, at most
+_SLICE = 8  # nodes of each tree that are expanded at a time
+_CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
 
 
 @door()
@@ -57,24 +68,18 @@ def plan_manoeuvre(
     return planning.manoeuvre
 
 
-FIRST = 0.01
-"""What a slice may take before any has been timed [s]."""
-_PLACES = 40  # on a route that are tried to be joined directly
-_FORGOTTEN = 0.9  # share of the longest slice that is counted on after a cycle without one
-
-
 class RoutePlanning:
     """A manoeuvre in the making, slice by slice.
 
     Attributes:
-        manoeuvre: what came of it; None: it goes on.
-        seconds: that its slices took; longest: what the next one may take [s], as the longest one did.
+        manoeuvre: the result; None: it is not finished.
+        seconds: time of its slices; longest: expected time of the next one [s].
 
     Args:
-        start, goal, area, config: as `plan_manoeuvre`; came: signed length [m] and curvature [1/m] of the arc
-            on which a vehicle comes to the start that goes on without a stop, where that can be.
+        start, goal, area, config: as `plan_manoeuvre`; incoming: signed length [m] and curvature [1/m] of the
+            arc on which a vehicle reaches the start that continues without a stop, where that can be.
         there: share of the goal tolerance within which the start is in the goal, and nothing to drive.
-        keep_out: outlines (k, 2) that are solid, too, but on the last straight piece into the goal.
+        keep_out: outlines (k, 2) that are solid, too, but on the last straight arc into the goal.
     """
 
     def __init__(
@@ -83,96 +88,164 @@ class RoutePlanning:
         goal: Pose2,
         area: Area,
         config: ControllerConfig,
-        came: tuple[float, float] = (0.0, 0.0),
+        incoming: tuple[float, float] = (0.0, 0.0),
         there: float = 1.0,
         keep_out: Sequence[Array] = (),
     ) -> None:
         make_ready()
         self.manoeuvre: Manoeuvre | None = None
         self.seconds, self.longest = 0.0, FIRST
-        problem = Problem.of(start, goal, area, config, came, keep_out)
+        problem = RouteProblem.of(start, goal, area, config, incoming, keep_out)
         self._steps = _planned(problem, there, lambda: self.seconds)
 
     def waited(self) -> None:
-        """There was no time for a slice as long as the longest: one that was held up must not end it all."""
+        """There was no time for a slice as long as the longest: one delayed slice must not end it all."""
         self.longest *= _FORGOTTEN
 
     def advance(self) -> None:
         """One slice: some milliseconds at most."""
         if self.manoeuvre is not None:
             return
-        begun = perf_counter()
+        started = perf_counter()
         try:
             next(self._steps)
         except StopIteration as ended:
             self.manoeuvre = ended.value
-        took = perf_counter() - begun
+        took = perf_counter() - started
         self.seconds, self.longest = self.seconds + took, max(self.longest, took)
         if self.manoeuvre is not None:
             self.manoeuvre = replace(self.manoeuvre, seconds=self.seconds)
 
 
-def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
+def _planned(
+    problem: RouteProblem, there: float, spent: Callable[[], float]
+) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
-    least, room = problem.least, problem.room
-    refused = _refused(problem, room)
+    settings, (at_start, at_goal) = problem.config.route, problem.end_clearances
+    refused = _refused(problem, at_start, at_goal)
     if refused is not None:
         return refused
-    if is_there(problem, there):
-        return standing(problem, min(room))
+    start, goal = problem.given
+    along, across, heading = (max(there * most, _SAME) for most in problem.config.goal_tolerance)
+    if start.relative_to(goal).within((along, across, heading)):
+        return nothing_to_drive(problem, min(at_start, at_goal))
     yield
-    near = room[0] < least
-    terms = problem.terms(room[1] if near else min(room))
-    begins = (yield from arcs_out(problem, room[0], terms)) if near else Begins.at_start(problem)
-    if len(begins.poses) == 0:
-        return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0], ", and no arc leads away from it")
-    lasts = problem.lasts(terms)
+    if at_start >= problem.least:
+        terms = problem.terms(min(at_start, at_goal))
+        starts = Roots(poses=problem.start[None], arcs=problem.incoming[None], costs=np.zeros(1))
+        leaving = None
+    else:
+        terms = problem.terms(at_goal)
+        starts, leaving = yield from leaving_arcs(problem, at_start, terms)
+        if len(leaving) == 0:
+            return _too_near(
+                problem, PlanOutcome.START_IN_COLLISION, at_start, ", and no arc leads away from it"
+            )
+    lasts = problem.last_arcs(terms)
     if len(lasts) == 0:
-        reason = f"there is no straight way of {problem.config.route.final_straight} m into the goal"
-        return failed(problem, PlanOutcome.NO_WAY, reason)
-    ends = yield from Ends.of(problem, lasts, terms)
-    searches = Searches(problem, begins, ends, terms, spent)
-    while (next_way := (yield from searches.next_way())) is not None:
-        at, way, last = next_way
+        reason = f"no straight route of {settings.final_straight} m into the goal is clear"
+        return no_manoeuvre(problem, PlanOutcome.NO_WAY, reason)
+    poses = np.array([problem.before_goal(length) for length in lasts[:, 0]])
+    goals = Roots(poses=poses, arcs=lasts, costs=np.zeros(len(lasts)))
+    grids = yield from _estimates(problem, poses[0], terms)
+    return (yield from _searched(problem, (starts, goals), grids, leaving, terms, spent))
+
+
+def _searched(
+    problem: RouteProblem,
+    ends: tuple[Roots, Roots],
+    grids: tuple[CostToGo, CostToGo],
+    leaving: Array | None,
+    terms: Terms,
+    spent: Callable[[], float],
+) -> Generator[None, None, Manoeuvre]:
+    """The searches, one after the other until there is a route, each in a lattice of its own.
+
+    A coarse lattice may be searched in vain while a tight end needs a finer one. And the estimate knows no
+    body: one of a large weight leads into gaps that it does not fit through, in which a finer lattice has
+    only more cells. So each search gets half of the nodes that it leaves to the next.
+
+    Args:
+        leaving: (n,) least clearances on the arcs to the starts [m]; None: the search begins at the start.
+        spent: the time that the planning took so far [s].
+    """
+    settings, (starts, goals), body = problem.config.route, ends, problem.body.shape
+    nodes, nearest, rejected = 0, inf, ""
+    for left, (finer, weight) in zip(range(len(settings.searches))[::-1], settings.searches, strict=True):
+        most = settings.nodes // 2 ** (left + 1) if left else settings.nodes - nodes
+        searched = terms._replace(finer=finer, weight=weight)
+        search = HybridAStar(body, problem.grid.solid, searched, starts, goals, grids)
         yield
-        left = begins.problem_from(problem, at)
-        way = yield from _shortened(left, begins.pieces[at], searches.terms, way)
-        driven = yield from drivable(left, way, last, Kept(clearance=searches.terms.margin))
-        if driven.clearance >= least:
-            return found(problem, begins.whole(driven, at), searches.nodes)
-        searches.reject(driven.clearance)
-    return failed(problem, *searches.failure, searches.nodes, searches.nearest)
+        while search.state == SEARCHING and most - search.expanded >= 2 and spent() < settings.seconds:
+            search.advance(min(_SLICE, (most - search.expanded) // 2))
+            yield
+        nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
+        if search.cost < inf:
+            at, route, last = search.route()
+            yield
+            rest = problem if leaving is None else replace(problem, start=starts.poses[at])
+            route = yield from shorten(rest.start, route, starts.arcs[at], body, problem.grid.solid, terms)
+            driven = yield from make_drivable(rest, route, last, terms.margin)
+            if driven.clearance >= problem.least:
+                if leaving is not None:
+                    arc = DrivableRoute(
+                        arcs=starts.arcs[at : at + 1], stops=np.array([True]), clearances=leaving[at : at + 1]
+                    )
+                    driven = DrivableRoute.chain([arc, driven])
+                return manoeuvre_of(problem, driven, nodes)
+            rejected = (
+                f"the route leaves a clearance of {driven.clearance:.3f} m, "
+                f"at least {problem.config.clearance.least} m is required"
+            )
+            terms = terms._replace(check=_CLOSER * terms.check)
+        elif search.state != EXHAUSTED and (not left or spent() >= settings.seconds):
+            reason = f"{nodes} nodes expanded in {spent():.1f} s, the nearest {nearest:.2f} m from the goal"
+            return no_manoeuvre(problem, PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
+    reason = f"all {nodes} reachable nodes expanded, the nearest {nearest:.2f} m from the goal"
+    return no_manoeuvre(problem, PlanOutcome.NO_WAY, rejected or reason, nodes, nearest)
 
 
-def _refused(problem: Problem, room: tuple[float, float]) -> Manoeuvre | None:
+def _estimates(
+    problem: RouteProblem, goal: Array, terms: Terms
+) -> Generator[None, None, tuple[CostToGo, CostToGo]]:
+    """Costs to the goal (3,) and to the start, slice by slice."""
+    low, high = problem.low, problem.high
+    cell = max(ARC * terms.radius, sqrt(float(np.prod(high - low)) / _CELLS))
+    vehicle = problem.config.vehicle  # its largest disc around the rear axle, if the body is a rectangle
+    radius = 0.0 if vehicle.outline is not None else min(0.5 * vehicle.width, vehicle.rear, vehicle.front)
+    clear = yield from axle_clearances(
+        problem.grid, low, high, cell, radius + problem.config.clearance.on_routes + cell
+    )
+    to_goal = yield from cost_to_go(clear, low, cell, radius, goal, problem.config)
+    to_start = yield from cost_to_go(clear, low, cell, radius, problem.start, problem.config)
+    return to_goal, to_start
+
+
+def _refused(problem: RouteProblem, at_start: float, at_goal: float) -> Manoeuvre | None:
     """Why nothing is searched for, from the clearances at the start and at the goal [m], or None.
 
     A vehicle that stands nearer to something than the hard minimum may leave, see `leaving`; one that drives
     there may not.
     """
-    farthest, stands = problem.config.route.farthest, not problem.came.any()
-    least = problem.least
-    if room[0] < (0.0 if stands else least):
-        return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0])
-    if room[1] < least:
-        return _too_near(problem, PlanOutcome.GOAL_IN_COLLISION, room[1])
-    if problem.distance > farthest:
-        reason = f"the goal is {problem.distance:.0f} m away, ways are planned up to {farthest:g} m"
-        return failed(problem, PlanOutcome.GOAL_TOO_FAR, reason)
+    settings = problem.config.route
+    if at_start < (problem.least if problem.incoming.any() else 0.0):
+        return _too_near(problem, PlanOutcome.START_IN_COLLISION, at_start)
+    if at_goal < problem.least:
+        return _too_near(problem, PlanOutcome.GOAL_IN_COLLISION, at_goal)
+    if problem.distance > settings.farthest:
+        reason = f"the goal is {problem.distance:.0f} m away, at most {settings.farthest:g} m is allowed"
+        return no_manoeuvre(problem, PlanOutcome.GOAL_TOO_FAR, reason)
     return None
 
 
-def _too_near(problem: Problem, outcome: PlanOutcome, room: float, more: str = "") -> Manoeuvre:
-    at_start = outcome is PlanOutcome.START_IN_COLLISION
-    pose, what = (problem.given[0], "start") if at_start else (problem.given[1], "goal")
-    said = f"overlaps something by {-room:.3f} m" if room < 0.0 else f"leaves {room:.3f} m"
+def _too_near(problem: RouteProblem, outcome: PlanOutcome, clearance: float, more: str = "") -> Manoeuvre:
+    at_goal = outcome is PlanOutcome.GOAL_IN_COLLISION
+    name, pose = "goal" if at_goal else "start", problem.given[at_goal]
+    found = f"has a clearance of {clearance:.3f} m"
+    if clearance < 0.0:
+        found = f"overlaps an obstacle by {-clearance:.3f} m"
     reason = (
-        f"the body at the {what} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {said}, "
-        f"at least {problem.config.clearance.least} m are kept{more}"
+        f"the body at the {name} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {found}, "
+        f"at least {problem.config.clearance.least} m is required{more}"
     )
-    return failed(problem, outcome, reason)
-
-
-def _shortened(problem: Problem, came: Array, terms: Terms, way: Array) -> Generator[None, None, Array]:
-    body, solid = problem.body.shape, problem.grid.solid
-    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=_PLACES, came=came))
+    return no_manoeuvre(problem, outcome, reason)

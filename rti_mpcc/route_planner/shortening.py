@@ -1,7 +1,7 @@
-"""A found way made cheaper: places on it joined by Reeds-Shepp curves wherever that costs less.
+"""A route made cheaper: places on it joined by Reeds-Shepp curves wherever that costs less.
 
-Dynamic programming over places along the way: to each the cheapest way from the first one, by the pieces of
-the way itself or by one curve from any place before.
+Dynamic programming over places along the route: to each the cheapest route from the first one, by the arcs of
+the given route or by one curve from any place before.
 """
 
 from __future__ import annotations
@@ -16,145 +16,139 @@ from geometry.arrays import Array
 from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel, record
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import BodyShape, SolidShapes
-from rti_mpcc.route_planner.arcs import joined, length_of, poses_after, split
+from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.costs import (
-    Around,
-    Curves,
+    SearchWorkspace,
     Terms,
-    around_of,
     closeness_along,
     cost_along,
-    curves_between,
-    least_between,
-    room_for_curves,
+    find_curves,
+    least_to,
     take_curve,
+    workspace_of,
 )
 
-_SLICE = 4096  # poses that are looked at at a time, about
-_TRIED: Final = 2  # curves, the cheapest ones, that are looked at between two places
+_PLACES = 40  # on a route, about
+_SLICE = 4096  # poses that are checked at a time, about
+_CURVES: Final = 2  # the cheapest ones, that are checked between two places
 _CHEAPER: Final = 1e-6  # by less no curve is [m]
 _FROM: Final = 0
 _TO: Final = 1
-"""The pair of places that is looked at next."""
+"""The next pair of places."""
 
 
 @record
 class _Places(NamedTuple):
-    """Places along a way, and the cheapest ways to them.
+    """Places along a route, and the cheapest routes to them.
 
     Attributes:
-        at: (n, 3) poses; way: (n - 1, 2) the pieces of the way between them.
-        cost: (n,) of the cheapest way; before: (n,) the place before on that; came: (n, 2) its last piece;
-            pieces: (n, PIECES, 2) the curve from there.
+        pose: (n, 3); route: (n - 1, 2) the arcs of the given route between them.
+        cost: (n,) of the cheapest route; before: (n,) the place before on that; incoming: (n, 2) its last
+            arc; arcs: (n, PIECES, 2) the curve from there.
         next_pair: (2,) see above.
     """
 
-    at: Array2
-    way: Array2
+    pose: Array2
+    route: Array2
     cost: Out1
     before: IndexOut1
-    came: Out2
-    pieces: Out3
+    incoming: Out2
+    arcs: Out3
     next_pair: IndexOut1
 
 
-def shortened(
-    start: Array,
-    way: Array,
-    body: BodyShape,
-    solid: SolidShapes,
-    terms: Terms,
-    *,
-    places: int,
-    came: Array,
+def shorten(
+    start: Array, route: Array, incoming: Array, body: BodyShape, solid: SolidShapes, terms: Terms
 ) -> Generator[None, None, Array]:
-    """A way (m, 2) from the same start (3,) to the same end that costs no more than `way` (n, 2).
+    """A route (m, 2) with the same ends that costs no more than `route` (n, 2), slice by slice.
 
-    It comes slice by slice. Ways are signed lengths [m] and curvatures [1/m] of pieces. `places`: on the way,
-    about; `came`: (2,) the piece before the first one, or zeros.
+    Args:
+        start: (3,); incoming: (2,) the arc to it, or zeros. Arcs are signed lengths [m] and curvatures [1/m].
     """
-    if len(way) == 0:
-        return way
-    way = split(way, max(length_of(way) / places, 2.0 * terms.check))
-    count, at = len(way), np.vstack([start[None], poses_after(start, way)])
-    for each in (way, at):
+    route = merge_arcs(route)
+    if len(route) == 0:
+        return route
+    route = split_arcs(route, max(length_of(route) / _PLACES, 2.0 * terms.check))
+    count, pose = len(route), np.vstack([start[None], poses_after(start, route)])
+    for each in (route, pose):
         each.setflags(write=False)
-    known = _Places(
-        at=at,
-        way=way,
+    places = _Places(
+        pose=pose,
+        route=route,
         cost=np.full(count + 1, inf),
         before=np.zeros(count + 1, np.int64),
-        came=np.zeros((count + 1, 2)),
-        pieces=np.zeros((count + 1, PIECES, 2)),
+        incoming=np.zeros((count + 1, 2)),
+        arcs=np.zeros((count + 1, PIECES, 2)),
         next_pair=np.array([0, 1]),
     )
-    known.cost[0], known.came[0] = 0.0, came
-    around, curves = around_of(body, solid), room_for_curves()
-    while known.next_pair[_TO] <= count:
-        _shorten(known, around, terms, curves, _SLICE)
+    places.cost[0], places.incoming[0] = 0.0, incoming
+    work = workspace_of(body, solid)
+    while places.next_pair[_TO] <= count:
+        _advance(places, terms, work, _SLICE)
         yield
     found, j = [], count
     while j > 0:
-        found.append(known.pieces[j])
-        j = int(known.before[j])
-    return joined(np.concatenate(found[::-1]))
+        found.append(places.arcs[j])
+        j = int(places.before[j])
+    return merge_arcs(np.concatenate(found[::-1]))
 
 
 @kernel
-def _shorten(known: _Places, around: Around, terms: Terms, curves: Curves, budget: int) -> None:
-    """Go on with the next pairs of places, until so many poses were looked at."""
-    looks, i, j = 0, known.next_pair[_FROM], known.next_pair[_TO]
-    while j < len(known.cost) and looks < budget:
+def _advance(places: _Places, terms: Terms, work: SearchWorkspace, budget: int) -> None:
+    """Try the next pairs of places, until so many poses were checked."""
+    checked, i, j = 0, places.next_pair[_FROM], places.next_pair[_TO]
+    while j < len(places.cost) and checked < budget:
         if i == 0:
-            looks += _go_on(known, j, around, terms, curves)
+            checked += _follow(places, j, terms, work)
         if i < j - 1:
-            looks += _join(known, i, j, around, terms, curves)
+            checked += _join(places, i, j, terms, work)
             i += 1
         if i >= j - 1:
             i, j = 0, j + 1
-    known.next_pair[_FROM], known.next_pair[_TO] = i, j
+    places.next_pair[_FROM], places.next_pair[_TO] = i, j
 
 
 @inner
-def _go_on(known: _Places, j: int, around: Around, terms: Terms, curves: Curves) -> int:
-    """Come to a place by the way itself; returns the number of poses that were looked at."""
-    before, piece, curve = known.at[j - 1], known.way[j - 1], curves.curve
+def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> int:
+    """Reach a place by the given route; returns the number of poses that were checked."""
+    before, arc, curve = places.pose[j - 1], places.route[j - 1], work.curve
     curve[:] = 0.0
-    curve[0, 0], curve[0, 1] = piece[0], piece[1]
-    extra, looks = closeness_along(before[0], before[1], before[2], curve, inf, terms, around)
-    # It was found to be clear where it was checked, which need not be where it is looked at now.
-    extra = extra if extra < inf else terms.closeness * abs(piece[0])
-    known.cost[j] = known.cost[j - 1] + cost_along(curve, known.came[j - 1, 0], known.came[j - 1, 1], terms)
-    known.cost[j] += extra
-    known.before[j], known.pieces[j] = j - 1, curve
-    known.came[j, 0], known.came[j, 1] = piece[0], piece[1]
-    return looks
+    curve[0, 0], curve[0, 1] = arc[0], arc[1]
+    extra, checked = closeness_along(before[0], before[1], before[2], curve, inf, terms, work)
+    # It was found to be clear at the poses of the search, which need not be those of this check.
+    extra = extra if extra < inf else terms.closeness * abs(arc[0])
+    incoming = places.incoming[j - 1]
+    places.cost[j] = places.cost[j - 1] + cost_along(curve, incoming[0], incoming[1], terms)
+    places.cost[j] += extra
+    places.before[j], places.arcs[j] = j - 1, curve
+    places.incoming[j, 0], places.incoming[j, 1] = arc[0], arc[1]
+    return checked
 
 
 @inner
-def _join(known: _Places, i: int, j: int, around: Around, terms: Terms, curves: Curves) -> int:
-    """Come to a place from one before by a curve, if that costs less; returns the number of poses that were
-    looked at."""
-    here, there, curve, order = known.at[i], known.at[j], curves.curve, curves.order
-    if known.cost[i] + least_between(here, there, terms) >= known.cost[j] - _CHEAPER:
+def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) -> int:
+    """Reach a place from one before by a curve, if that costs less; returns the number of poses that were
+    checked."""
+    here, there, curve, order = places.pose[i], places.pose[j], work.curve, work.order
+    if places.cost[i] + least_to(here[0], here[1], here[2], there, terms) >= places.cost[j] - _CHEAPER:
         return 0
-    count, looks = curves_between(here[0], here[1], here[2], there, terms, curves), 0
+    count, total = find_curves(here[0], here[1], here[2], there, terms, work), 0
     for k in range(count):
-        take_curve(curves, k, terms.radius)
-        order[k] = cost_along(curve, known.came[i, 0], known.came[i, 1], terms)
-    for _ in range(min(count, _TRIED)):
+        take_curve(work, k, terms.radius)
+        order[k] = cost_along(curve, places.incoming[i, 0], places.incoming[i, 1], terms)
+    for _ in range(min(count, _CURVES)):
         k = int(np.argmin(order[:count]))
-        most = known.cost[j] - _CHEAPER - known.cost[i] - order[k]
+        most = places.cost[j] - _CHEAPER - places.cost[i] - order[k]
         if most <= 0.0:
             break
-        take_curve(curves, k, terms.radius)
-        extra, looked = closeness_along(here[0], here[1], here[2], curve, most, terms, around)
-        looks += looked
+        take_curve(work, k, terms.radius)
+        extra, checked = closeness_along(here[0], here[1], here[2], curve, most, terms, work)
+        total += checked
         if extra < most:
-            known.cost[j] = known.cost[i] + order[k] + extra
-            known.before[j], known.pieces[j] = i, curve
+            places.cost[j] = places.cost[i] + order[k] + extra
+            places.before[j], places.arcs[j] = i, curve
             for each in range(PIECES):
                 if curve[each, 0] != 0.0:
-                    known.came[j, 0], known.came[j, 1] = curve[each, 0], curve[each, 1]
+                    places.incoming[j, 0], places.incoming[j, 1] = curve[each, 0], curve[each, 1]
         order[k] = inf
-    return looks
+    return total

@@ -1,141 +1,162 @@
-"""A tree of a search: nodes that are poses, how each was come to, and in which order they are to be expanded.
+"""Memory of a best-first search: a tree of poses and the arcs between them, a heap, and tables of cells.
 
-A pose is in a cell of a lattice (x, y, heading), with the direction in which it was come to. Of the poses in
-one cell the cheapest one is kept, exactly.
+A pose is in a cell of a lattice (x, y, heading), with the direction of the arc to it. Of the poses in one
+cell the cheapest one is kept, exactly.
 """
 
 from __future__ import annotations
 
 from math import floor, pi
-from typing import Any, Final, NamedTuple, TypeVar, cast
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Array
+from geometry.arrays import Array, Index
 from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel, record
-from rti_mpcc.route_planner.costs import Terms
-from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
 
-Values = TypeVar("Values", bound=NDArray[Any])
-
+EMPTY: Final = 0
+"""A free slot of a table: keys are larger."""
 NODES: Final = 0
 QUEUED: Final = 1
 EXPANDED: Final = 2
-PLACES: Final = 3
+TARGETS_KNOWN: Final = 3
 COUNTERS: Final = 4
 """Places in the counters of a tree."""
 NONE: Final = -1
 """No node: the parent of a root."""
 BRANCHES: Final = 10
-"""Nodes that come from one, at most."""
+"""Children of a node, at most."""
 
-_FIRST: Final = 4096  # nodes that a tree has room for at first, a power of 2
-_MOST_PLACES: Final = 1024
+_FIRST: Final = 4096  # nodes that fit into a new tree, a power of 2
+_MOST_TARGETS: Final = 1024
 _HEADINGS: Final = 72
-_PLACE: Final = 0.5  # [radii] a place for curves to lead to in each cell of this size ...
-_PLACE_HEADINGS: Final = 8  # ... and each of these parts of a turn
+_AREA: Final = 0.5  # [radii] one target for curves in each cell of this size ...
+_AREA_HEADINGS: Final = 8  # ... and each of these sectors of the heading
+
+
+@inner
+def push(priority: Array, member: Index, size: int, value: float, node: int) -> int:
+    """Enter a node with its priority; returns the new size of the heap."""
+    i = size
+    while i > 0:
+        above = (i - 1) // 2
+        if priority[above] <= value:
+            break
+        priority[i], member[i] = priority[above], member[above]
+        i = above
+    priority[i], member[i] = value, node
+    return size + 1
+
+
+@inner
+def pop(priority: Array, member: Index, size: int) -> int:
+    """Take the node of least priority, which is member[0], out; returns the new size."""
+    size -= 1
+    value, node = priority[size], member[size]
+    i = 0
+    while 2 * i + 1 < size:
+        below = 2 * i + 1
+        if below + 1 < size and priority[below + 1] < priority[below]:
+            below += 1
+        if priority[below] >= value:
+            break
+        priority[i], member[i] = priority[below], member[below]
+        i = below
+    priority[i], member[i] = value, node
+    return size
+
+
+@inner
+def slot_of(keys: Index, key: int) -> int:
+    """Slot of a key in a table whose size is a power of 2, or the free slot where it belongs."""
+    mask = len(keys) - 1
+    at = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C1) & mask
+    while keys[at] != EMPTY and keys[at] != key:
+        at = (at + 1) & mask
+    return at
 
 
 @record
 class Tree(NamedTuple):
-    """Nodes: how each was come to, and what it costs.
+    """Nodes, their queue, and the lattice.
 
     Attributes:
-        pose: (n, 3); piece: (n, 2) signed length [m] and curvature [1/m] of the arc from the parent.
-        cost: (n,) from the root; room: (n,) clearance at the pose, as far as it is looked at [m].
+        pose: (n, 3); arc: (n, 2) signed length [m] and curvature [1/m] of the arc from the parent.
+        cost: (n,) from the root; clearance: (n,) at the pose, as far as it is computed [m].
         parent: (n,); closed: (n,) 1 once expanded.
-        priority, member: the heap; keys, place: the table of lattice cells.
-        counters: see above; places: nodes that a curve from the other tree may lead to; taken: the table of
+        priority, member: the heap; keys, in_cell: the table of lattice cells, and the node in each.
+        counters: see above; targets: nodes to which a curve from the other tree may lead; taken: the table of
             cells by which they are chosen, one of each.
     """
 
     pose: Out2
-    piece: Out2
+    arc: Out2
     cost: Out1
-    room: Out1
+    clearance: Out1
     parent: IndexOut1
     closed: IndexOut1
     priority: Out1
     member: IndexOut1
     keys: IndexOut1
-    place: IndexOut1
+    in_cell: IndexOut1
     counters: IndexOut1
-    places: IndexOut1
+    targets: IndexOut1
     taken: IndexOut1
 
 
-def rooted(roots: Array, came: Array) -> Tree:
-    """A tree of roots (n, 3), which were come to by pieces (n, 2)."""
+def rooted(roots: Array, arcs: Array, costs: Array) -> Tree:
+    """A tree of roots (n, 3), to which arcs (n, 2) of these costs (n,) lead."""
     count = len(roots)
     tree = Tree(
         pose=np.empty((_FIRST, 3)),
-        piece=np.empty((_FIRST, 2)),
+        arc=np.empty((_FIRST, 2)),
         cost=np.empty(_FIRST),
-        room=np.empty(_FIRST),
-        parent=np.empty(_FIRST, np.int64),
-        closed=np.empty(_FIRST, np.int64),
-        priority=np.empty(_FIRST),
-        member=np.empty(_FIRST, np.int64),
+        clearance=np.zeros(_FIRST),
+        parent=np.full(_FIRST, NONE),
+        closed=np.zeros(_FIRST, np.int64),
+        priority=np.zeros(_FIRST),
+        member=np.arange(_FIRST),
         keys=np.full(2 * _FIRST, EMPTY),
-        place=np.empty(2 * _FIRST, np.int64),
-        counters=np.zeros(COUNTERS, np.int64),
-        places=np.empty(_MOST_PLACES, np.int64),
-        taken=np.full(4 * _MOST_PLACES, EMPTY),
+        in_cell=np.empty(2 * _FIRST, np.int64),
+        counters=np.array([count, count, 0, count]),
+        targets=np.arange(_MOST_TARGETS),  # the roots are the first ones
+        taken=np.full(4 * _MOST_TARGETS, EMPTY),
     )
-    tree.pose[:count], tree.piece[:count] = roots, came
-    tree.cost[:count], tree.room[:count] = 0.0, 0.0
-    tree.parent[:count], tree.closed[:count] = NONE, 0
-    tree.priority[:count], tree.member[:count] = 0.0, np.arange(count)
-    tree.counters[NODES] = tree.counters[QUEUED] = count
-    # Curves lead to a root from the first on.
-    tree.places[:count], tree.counters[PLACES] = np.arange(count), count
+    tree.pose[:count], tree.arc[:count], tree.cost[:count] = roots, arcs, costs
     return tree
 
 
-def with_room(tree: Tree, expanded: int) -> Tree:
-    """The same tree, with room for what comes of so many nodes that are expanded: twice of all, or itself."""
+def enlarged(tree: Tree, expanded: int) -> Tree:
+    """The same tree if the children of so many nodes fit into it, else one of twice the size."""
     if tree.counters[NODES] + BRANCHES * expanded <= len(tree.cost):
         return tree
-    keys, place = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.place), np.int64)
-    _enter_again(tree.keys, tree.place, keys, place)
-    return tree._replace(
-        pose=_doubled(tree.pose),
-        piece=_doubled(tree.piece),
-        cost=_doubled(tree.cost),
-        room=_doubled(tree.room),
-        parent=_doubled(tree.parent),
-        closed=_doubled(tree.closed),
-        priority=_doubled(tree.priority),
-        member=_doubled(tree.member),
-        keys=keys,
-        place=place,
-    )
+    keys, in_cell = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.keys), np.int64)
+    _copy_cells(tree.keys, tree.in_cell, keys, in_cell)
+    nodes = ("pose", "arc", "cost", "clearance", "parent", "closed", "priority", "member")
+    doubled = {name: _doubled(getattr(tree, name)) for name in nodes}
+    return tree._replace(**doubled, keys=keys, in_cell=in_cell)
 
 
-def _doubled(values: Values) -> Values:
-    """The same values, and as much room again."""
-    found = np.empty((2 * len(values), *values.shape[1:]), values.dtype)
-    found[: len(values)] = values
-    return cast("Values", found)
+def _doubled(values: NDArray[Any]) -> NDArray[Any]:
+    return np.concatenate((values, np.empty_like(values)))
 
 
 @kernel
-def _enter_again(keys: Index1, place: Index1, new_keys: IndexOut1, new_place: IndexOut1) -> None:
-    """Enter all that is in one table into another one."""
+def _copy_cells(keys: Index1, in_cell: Index1, new_keys: IndexOut1, new_in_cell: IndexOut1) -> None:
     for k in range(len(keys)):
         if keys[k] != EMPTY:
             at = slot_of(new_keys, keys[k])
-            new_keys[at], new_place[at] = keys[k], place[k]
+            new_keys[at], new_in_cell[at] = keys[k], in_cell[k]
 
 
 def branch_to(tree: Tree, node: int) -> tuple[Array, int]:
-    """Pieces (n, 2) from a root to a node, and the root."""
-    found = []
+    """Arcs (n, 2) from a root to a node, and the root."""
+    arcs = []
     while tree.parent[node] != NONE:
-        found.append(tree.piece[node].copy())
+        arcs.append(tree.arc[node].copy())
         node = int(tree.parent[node])
-    return np.array(found[::-1]).reshape(-1, 2), node
+    return np.array(arcs[::-1]).reshape(-1, 2), node
 
 
 @inner
@@ -152,7 +173,7 @@ def take_next(tree: Tree) -> tuple[int, float]:
 
 @inner
 def lattice_key(tree: Tree, x: float, y: float, phi: float, forward: bool, share: float, cell: float) -> int:
-    """Of the cell that a pose is in, in the lattice that is finer by this share."""
+    """Key of the cell of a pose, in the lattice that is finer by this share."""
     size, headings = cell / share, int(_HEADINGS * share)
     i, j = floor((x - tree.pose[0, 0]) / size) & 0xFFFFF, floor((y - tree.pose[0, 1]) / size) & 0xFFFFF
     turn = floor(phi / (2.0 * pi) * headings + 0.5) % headings
@@ -162,49 +183,18 @@ def lattice_key(tree: Tree, x: float, y: float, phi: float, forward: bool, share
 
 
 @inner
-def add(
-    tree: Tree,
-    parent: int,
-    x: float,
-    y: float,
-    phi: float,
-    length: float,
-    curvature: float,
-    cost: float,
-    room: float,
-    priority: float,
-) -> int:
-    """Queue a new node, which is come to from its parent by an arc; returns it."""
-    new: int = tree.counters[NODES]
-    tree.counters[NODES] = new + 1
-    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
-    tree.piece[new, 0], tree.piece[new, 1] = length, curvature
-    tree.cost[new], tree.room[new], tree.parent[new], tree.closed[new] = cost, room, parent, 0
-    tree.counters[QUEUED] = push(tree.priority, tree.member, tree.counters[QUEUED], priority, new)
-    return new
-
-
-@inner
-def put_in_cell(tree: Tree, at: int, key: int, node: int) -> None:
-    """Let a node have the place `at` of the table; one that had it before is not expanded any more."""
-    if tree.keys[at] != EMPTY:
-        tree.closed[tree.place[at]] = 1
-    tree.keys[at], tree.place[at] = key, node
-
-
-@inner
-def take_place(tree: Tree, node: int, terms: Terms) -> None:
-    """Let curves from the other tree lead to this node, if it is the first in its place."""
-    count = tree.counters[PLACES]
-    if count >= len(tree.places):
+def add_target(tree: Tree, node: int, radius: float) -> None:
+    """Make a node a target of curves from the other tree, if it is the first in its area."""
+    count = tree.counters[TARGETS_KNOWN]
+    if count >= len(tree.targets):
         return
     x, y = tree.pose[node, 0] - tree.pose[0, 0], tree.pose[node, 1] - tree.pose[0, 1]
-    size = _PLACE * terms.radius
+    size = _AREA * radius
     i, j = floor(x / size) & 0xFFFFF, floor(y / size) & 0xFFFFF
-    turn = floor(tree.pose[node, 2] / (2.0 * pi) * _PLACE_HEADINGS + 0.5) % _PLACE_HEADINGS
+    turn = floor(tree.pose[node, 2] / (2.0 * pi) * _AREA_HEADINGS + 0.5) % _AREA_HEADINGS
     key = 1 + ((((i << 20) | j) << 3) | turn)
     at = slot_of(tree.taken, key)
     if tree.taken[at] == EMPTY:
         tree.taken[at] = key
-        tree.places[count] = node
-        tree.counters[PLACES] = count + 1
+        tree.targets[count] = node
+        tree.counters[TARGETS_KNOWN] = count + 1

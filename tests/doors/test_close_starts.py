@@ -83,4 +83,4 @@ def test_between_two_walls_there_is_no_leaving() -> None:
     area = YARD.with_obstacles([before(0.03), behind(0.03)])
     found = plan_manoeuvre(START, ASIDE, area)
     assert found.outcome is PlanOutcome.START_IN_COLLISION
-    assert "leaves 0.030 m, at least 0.05 m are kept, and no arc leads away from it" in found.reason
+    assert "a clearance of 0.030 m, at least 0.05 m is required, and no arc leads away" in found.reason

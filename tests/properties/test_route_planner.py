@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from geometry import Area, Pose2, ReferencePath, wrap
 from rti_mpcc.config import Clearance, ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.mending import mended_path
+from rti_mpcc.route_planner.path_repair import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -47,9 +47,6 @@ def leads_to_its_goal(made: Manoeuvre) -> bool:
     return hypot(at.x - end.x, at.y - end.y) <= 1e-6 and abs(wrap(at.phi - end.phi)) <= 1e-6
 
 
-# -- vehicles and margins ------------------------------------------------------------------------------------
-
-
 @FEWER
 @given(wheelbase=WHEELBASES, least=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
 @example(wheelbase=2.875, least=0.05)
@@ -66,9 +63,6 @@ def test_in_an_empty_yard_there_is_a_route_for_any_vehicle_and_any_margin(
     made = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), goal, yard(20.0 * wheelbase + 5.0), config)
     assert made.outcome is PlanOutcome.FOUND, made.reason
     assert leads_to_its_goal(made)
-
-
-# -- starts and goals ----------------------------------------------------------------------------------------
 
 
 @FEWER
@@ -100,9 +94,6 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
     lane = Area(boundary=[(-5.0, -wide), (long, -wide), (long, wide), (-5.0, wide)])
     made = plan_manoeuvre(Pose2(-3.0, 0.0, 0.0), Pose2(0.5, 0.0, 0.0), lane)
     assert made.outcome is PlanOutcome.FOUND, made.reason
-
-
-# -- repaired paths ------------------------------------------------------------------------------------------
 
 
 @FEWER

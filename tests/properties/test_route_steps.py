@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from geometry import Area, InputError, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.mission.straight import straight_on
+from rti_mpcc.mission.straight import straight_order
 from rti_mpcc.steps import Approach, Straight, Undock
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -45,7 +45,7 @@ def test_a_straight_move_without_errors_is_as_long_as_its_distance_however_littl
     distance: float, steering: float
 ) -> None:
     step = Straight(distance, steering=steering, tolerance=(0.01, 0.01))
-    order, problem = straight_on(step, None, HERE, YARD, CONFIG)
+    order, problem = straight_order(step, None, HERE, YARD, CONFIG)
     assert problem == ""
     assert order is not None
     assert order.manoeuvre.segments[0].length == pytest.approx(abs(distance))

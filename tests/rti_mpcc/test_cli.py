@@ -118,12 +118,12 @@ LATE = {"kind": "undock", "distance": 5.0, "timeout": 1.0}
     ("steps", "status", "lines"),
     [
         (None, 0, ["step 2: straight"]),
-        ([{"kind": "dock"}, LATE], 1, ["step 1: undock: TIMED_OUT: it took 1 s"]),
+        ([{"kind": "dock"}, LATE], 1, ["step 1: undock: TIMED_OUT: not over after 1 s"]),
         # Of a step that is tried again the last try counts.
         (
             [{"kind": "dock", "timeout": 4.0, "retries": 3}],
             0,
-            ["step 0: dock, try 2", "step 0: dock: TIMED_OUT: it took 4 s"],
+            ["step 0: dock, try 2", "step 0: dock: TIMED_OUT: not over after 4 s"],
         ),
         # A mission that continues after a failure did not succeed with all steps.
         ([{"kind": "dock"}, LATE | {"then": "continue"}, {"kind": "wait", "seconds": 0.1}], 1, ["SUCCEEDED"]),
@@ -144,7 +144,7 @@ def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFix
         main(["run", "short.toml", "--no-plots"])
         line, change = capsys.readouterr().err.splitlines()
         assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
-        assert "the path, part 0, theta = 0.00 to" in change
+        assert "the path, segment 0, theta = 0.00 to" in change
 
 
 def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:

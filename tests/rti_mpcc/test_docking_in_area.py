@@ -128,7 +128,11 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
     ("bad", "statuses", "said"),
     [
         (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) out of reach, the body there crosses a boundary or"),
-        (Pose2(3.3, 4.0, 0.0), {Status.PLANNING, Status.STALLED}, "leaves 0.022 m, at least 0.05 m are kept"),
+        (
+            Pose2(3.3, 4.0, 0.0),
+            {Status.PLANNING, Status.STALLED},
+            "has a clearance of 0.022 m, at least 0.05",
+        ),
         (NAN, REJECTED, "goal (nan, 4.0, 0.0) not finite"),
         (Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) out of reach, it is beyond the boundary of the"),
         (Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) out of reach, it is beyond the boundary of"),
@@ -158,8 +162,8 @@ AROUND = np.array(
     ("fills", "status", "said"),
     [
         (block(3.0, -0.5, 4.0, 0.5), Status.BLOCKED, "the body overlaps obstacles[0] by 0.68 m"),
-        (AROUND, Status.STALLED, "leaves 0.022 m, at least 0.05 m are kept, and no arc"),
-        (DOOR, Status.STALLED, "the nearest is 14.00 m from the goal"),
+        (AROUND, Status.STALLED, "has a clearance of 0.022 m, at least 0.05 m is required, and no arc"),
+        (DOOR, Status.STALLED, "the nearest 14.00 m from the goal"),
     ],
     ids=["over the start", "too near on both ends", "in the door"],
 )
@@ -243,7 +247,7 @@ def test_what_fills_the_only_way_is_waited_for() -> None:
     waiting = drive.commands[drive.between(7.0, goes)]
     assert {command.status for command in waiting} == {Status.STALLED}
     assert {command.diagnostics.cause for command in waiting} == {Reason.NO_WAY}
-    assert "that can be reached were looked at" in waiting[0].diagnostics.reason
+    assert "reachable nodes expanded" in waiting[0].diagnostics.reason
     assert drive.states[drive.between(7.0, goes), 0].max() < 7.0 - BRISK.vehicle.front
     driving = np.abs(drive.states[:, 3]) > STILL
     assert driving[drive.between(goes + 1.0, goes + 1.5)].any()

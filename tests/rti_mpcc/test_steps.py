@@ -31,7 +31,7 @@ TWO = "must be two numbers > 0: lateral [m], heading [rad]"
 COUNT = "must be a whole number >= 0"
 NO_WAY = "must not be 0, and at most 100 m either way"
 POSITIVE = "must be > 0, and finite"
-WITH_POSE = "only of a dock with a pose, to which a way is planned"
+WITH_POSE = "only of a dock with a pose, to which a route is planned"
 
 
 @pytest.mark.parametrize(("kind", "word"), list(zip(KINDS, WORDS, strict=True)), ids=WORDS)

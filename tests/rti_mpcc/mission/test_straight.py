@@ -12,7 +12,7 @@ import pytest
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
-from rti_mpcc.mission.straight import mendable, straight_on
+from rti_mpcc.mission.straight import is_correctable, straight_order
 from rti_mpcc.steps import Straight
 from rti_mpcc.types import Array
 from tests.rti_mpcc.yards import BRISK, START, YARD
@@ -75,26 +75,14 @@ def test_an_error_can_be_mended_where_a_bicycle_can_drive_into_the_tolerance(way
         sides = [np.interp(headings, ends[:, 1], ends[:, 0]) for ends in (left, right)]
         some = (np.minimum(*sides) <= lateral) & (np.maximum(*sides) >= -lateral)
         reached.append(headings[0] <= headings[-1] and bool(some.any()))
-        found.append(mendable(error, way, curvature, (lateral, heading), MANY))
+        found.append(is_correctable(error, way, curvature, (lateral, heading), MANY))
     assert np.sum(np.array(found) != np.array(reached)) <= 2  # at the very edge
     assert 5 < sum(found) < 200
 
 
-def test_mirrored_errors_are_mended_alike_and_larger_tolerances_mend_more() -> None:
-    curvature, rng = tan(0.05) / WHEELBASE, np.random.default_rng(5)
-    for _ in range(200):
-        y, phi, way = rng.uniform([-0.05, -0.05, 0.2], [0.05, 0.05, 3.0])
-        tolerance = (0.01, 0.01)
-        one = mendable(Pose2(0.0, y, phi), way, curvature, tolerance, MANY)
-        assert one == mendable(Pose2(0.0, -y, -phi), way, curvature, tolerance, MANY)
-        assert one == mendable(Pose2(0.0, y, -phi), -way, curvature, tolerance, MANY)
-        assert not one or mendable(Pose2(0.0, y, phi), way, curvature, (0.02, 0.02), MANY)
-        assert mendable(Pose2(0.0, 0.0, 0.0), way, curvature, tolerance, 2)
-
-
 def test_a_heading_error_beyond_what_can_be_turned_is_not_mended() -> None:
-    assert not mendable(Pose2(0.0, 0.0, 0.2), 1.0, 0.01, (10.0, 0.1), MANY)
-    assert mendable(Pose2(0.0, 0.0, 0.2), 1.0, 0.11, (10.0, 0.1), MANY)
+    assert not is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.01, (10.0, 0.1), MANY)
+    assert is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.11, (10.0, 0.1), MANY)
 
 
 # -- what is ordered -----------------------------------------------------------------------------------------
@@ -106,7 +94,7 @@ def test_it_is_driven_along_the_axis_of_the_dock_and_ends_so_far_from_it(directi
     axis = Pose2(1.0, -2.0, phi)
     here = axis.compose(Pose2(0.03, -0.01, 0.004))
     step = Straight(1.2 * direction, speed=0.3, steering=0.04, tolerance=(0.02, 0.01))
-    order, problem = straight_on(step, axis, here, YARD, BRISK)
+    order, problem = straight_order(step, axis, here, YARD, BRISK)
     assert problem == ""
     assert order is not None
     (segment,) = order.manoeuvre.segments
@@ -123,7 +111,7 @@ def test_it_is_driven_along_the_axis_of_the_dock_and_ends_so_far_from_it(directi
 
 def test_without_a_dock_it_is_driven_along_the_heading_of_the_vehicle() -> None:
     here = Pose2(1.0, 2.0, 0.7)
-    order, _ = straight_on(Straight(-2.0), None, here, None, BRISK)
+    order, _ = straight_order(Straight(-2.0), None, here, None, BRISK)
     assert order is not None
     end = order.manoeuvre.goal
     assert end.relative_to(here).within((2.0 + 1e-9, 1e-9, 1e-9))
@@ -133,35 +121,31 @@ def test_without_a_dock_it_is_driven_along_the_heading_of_the_vehicle() -> None:
 
 
 @pytest.mark.parametrize(("distance", "x"), [(1.0, 1.0), (1.0, 1.5), (-1.0, -1.2)])
-def test_one_that_stands_beyond_its_end_does_not_begin(distance: float, x: float) -> None:
-    order, problem = straight_on(Straight(distance), START, Pose2(x, 0.0, 0.0), YARD, BRISK)
-    assert order is None
-    assert problem == f"the vehicle stands {x:.3f} m along it, beyond its end"
-
-
-def test_errors_that_are_too_large_are_told_and_without_a_tolerance_they_are_as_they_are() -> None:
+def test_beyond_its_end_and_with_too_large_errors_it_is_not_started(distance: float, x: float) -> None:
+    order, problem = straight_order(Straight(distance), START, Pose2(x, 0.0, 0.0), YARD, BRISK)
+    assert (order, problem) == (None, f"the vehicle stands at {x:.3f} m of the move, beyond its end")
     here, step = Pose2(0.0, 0.05, 0.02), Straight(1.0, tolerance=(0.01, 0.005))
-    order, problem = straight_on(step, START, here, YARD, BRISK)
-    assert order is None
-    assert problem == "the errors across it are too large to be mended on 1.00 m: 0.050 m and 1.15 deg"
-    order, problem = straight_on(replace(step, tolerance=None), START, here, YARD, BRISK)
+    order, problem = straight_order(step, START, here, YARD, BRISK)
+    said = "the errors are too large to be corrected over 1.00 m: lateral 0.050 m, heading 1.15 deg"
+    assert (order, problem) == (None, said)
+    order, problem = straight_order(replace(step, tolerance=None), START, here, YARD, BRISK)
     assert (order is None, problem) == (False, "")
 
 
 def test_the_steering_counts_no_further_than_the_vehicle_steers() -> None:
     config = ControllerConfig(limits=BRISK.limits.model_copy(update={"steering": 0.02}))
     here, step = Pose2(0.0, 0.0, 0.02), Straight(-1.0, steering=0.5, tolerance=(0.001, 0.001))
-    assert straight_on(step, START, here, YARD, BRISK)[0] is not None
-    assert straight_on(step, START, here, YARD, config)[0] is None
+    assert straight_order(step, START, here, YARD, BRISK)[0] is not None
+    assert straight_order(step, START, here, YARD, config)[0] is None
 
 
 def test_it_may_be_driven_as_near_to_walls_as_it_is_straight_ahead() -> None:
     half = 0.5 * BRISK.vehicle.width
     lane = Area(boundary=[(-8.0, -half - 0.07), (12.0, -half - 0.07), (12.0, 5.0), (-8.0, 5.0)])
-    order, _ = straight_on(Straight(2.0), START, START, lane, BRISK)
+    order, _ = straight_order(Straight(2.0), START, START, lane, BRISK)
     assert order is not None
     assert order.manoeuvre.segments[0].margin == pytest.approx(0.07, abs=0.01)
     blocked = lane.with_obstacles([np.array([(5.0, -1.0), (6.0, -1.0), (6.0, 1.0)])])
-    order, _ = straight_on(Straight(2.0), START, START, blocked, BRISK)
+    order, _ = straight_order(Straight(2.0), START, START, blocked, BRISK)
     assert order is not None
     assert order.manoeuvre.segments[0].margin == 0.0

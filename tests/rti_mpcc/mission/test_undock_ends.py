@@ -1,4 +1,4 @@
-"""Ends of ways out of a place: which there are, and which come first."""
+"""Ends of an undocking: which there are, and which come first."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import pytest
 import shapely
 
 from geometry import Area, Pose2
-from rti_mpcc.mission.way_out import ways_out
+from rti_mpcc.mission.undock_ends import undock_ends
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, START, YARD, block
 
 HALF = 0.5 * BRISK.vehicle.width
 ENDS = 8
+WALLS = [(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)]
 
 
 def clear(end: Pose2, area: Area) -> float:
@@ -28,7 +29,7 @@ def clear(end: Pose2, area: Area) -> float:
 @pytest.mark.parametrize("here", [START, Pose2(4.0, -1.0, pi), Pose2(6.0, 0.5, -2.0)], ids=repr)
 def test_where_all_is_clear_it_is_straight_on(distance: float, here: Pose2) -> None:
     area = Area(boundary=[(-30.0, -30.0), (40.0, -30.0), (40.0, 30.0), (-30.0, 30.0)])
-    ends = ways_out(here, distance, area, BRISK)
+    ends = undock_ends(here, distance, area, BRISK)
     assert len(ends) == ENDS
     assert ends[0].relative_to(here).within((5.0 + 1e-9, 1e-9, 1e-9))
     assert (ends[0].relative_to(here).x > 0.0) == (distance > 0.0)
@@ -41,9 +42,8 @@ def test_where_all_is_clear_it_is_straight_on(distance: float, here: Pose2) -> N
 def test_past_what_fills_one_side_it_bends_to_the_other(distance: float, side: float) -> None:
     x = 7.5 if distance > 0.0 else -6.0
     low, high = sorted((-0.7 * side, 7.0 * side))
-    area = YARD.with_obstacles([block(x - 0.5, low, x + 0.5, high)])
-    area = Area(boundary=[(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)], obstacles=area.obstacles)
-    ends = ways_out(START, distance, area, BRISK)
+    area = Area(boundary=WALLS, obstacles=[*YARD.obstacles, block(x - 0.5, low, x + 0.5, high)])
+    ends = undock_ends(START, distance, area, BRISK)
     assert ends
     assert ends[0].y * side < -0.2
     assert all(clear(end, area) >= BRISK.clearance.least - 0.02 for end in ends)
@@ -57,8 +57,8 @@ def test_where_all_is_filled_there_is_none(distance: float) -> None:
         block(5.0, -7.0, 9.0, 7.0),
         block(-9.0, -7.0, -3.0, 7.0),
     ]
-    area = Area(boundary=[(-20.0, -8.0), (20.0, -8.0), (20.0, 8.0), (-20.0, 8.0)], obstacles=walls)
-    assert ways_out(START, distance, area, BRISK) == ()
+    area = Area(boundary=WALLS, obstacles=walls)
+    assert undock_ends(START, distance, area, BRISK) == ()
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.3, 1.1, -2.0])
@@ -72,5 +72,5 @@ def test_in_a_narrow_lane_it_is_straight_on(phi: float) -> None:
         lane.append(np.array([(corner.x, corner.y) for corner in placed]))
     area = Area(boundary=[(-40.0, -40.0), (40.0, -40.0), (40.0, 40.0), (-40.0, 40.0)], obstacles=lane)
     for distance in (4.0, -4.0):
-        ends = ways_out(here, distance, area, BRISK)
+        ends = undock_ends(here, distance, area, BRISK)
         assert ends[0].relative_to(here).within((4.0 + 1e-9, 1e-6, 1e-6))
