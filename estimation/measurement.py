@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array
 from geometry import InputError, Pose2
-from geometry.doors import numbers
+from geometry.doors import to_floats
 from geometry.errors import shown
 
 FARTHEST = 1e6
@@ -72,7 +72,7 @@ class GoalMeasurement:
         if self.covariance is None:
             return
         try:
-            covariance = numbers(self.covariance).copy()
+            covariance = to_floats(self.covariance).copy()
         except TypeError:
             raise InputError(f"covariance = {shown(self.covariance)}: must be (3, 3) numbers") from None
         if covariance.shape != (3, 3):

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.doors import door, rows
+from geometry.doors import door, to_rows
 from geometry.errors import AreaError, CorridorError
 from geometry.outline import (
     FARTHEST,
@@ -113,7 +113,7 @@ class Area:
         Raises:
             AreaError: another shape, a value, resolution or origin out of range, or no free cell.
         """
-        from geometry.grid import grid_map  # with what reads maps
+        from geometry.map_file import grid_map  # as above
 
         return cls._of_map(grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
@@ -235,7 +235,7 @@ def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
 def _checked_points(points: ArrayLike) -> Array:
     if np.size(points) == 0:
         return np.zeros((0, 2))
-    found = rows(points, 2, "points", AreaError)
+    found = to_rows(points, 2, "points", AreaError)
     if np.abs(found).max() > FARTHEST:
         raise AreaError(f"points must have coordinates of at most {FARTHEST:g} m.")
     return found

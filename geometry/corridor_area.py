@@ -78,9 +78,9 @@ def _lane_and_ends(
 ) -> list[shapely.Geometry]:
     """What is beside one part, up to its boundaries, and beyond its ends, the last of which goes on `aside`
     [m] to either side."""
-    if walls.joined:
-        return [shapely.Polygon(np.concatenate([line for side in walls.lines for line in side]))]
-    lines = shapely.MultiLineString([line for side in walls.lines for line in side if len(line) > 1])
+    if walls.lines.joined:
+        return [shapely.Polygon(np.concatenate(walls.both))]
+    lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
     if lines.is_empty:
         raise CorridorError(f"part {index}: it has no boundaries.")
     beside = _CrossSections.of(part, lines)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from geometry.angles import wrap
 from geometry.arrays import Array
-from geometry.counts import spread, steps
 from geometry.errors import PathError
+from geometry.sampling import number_steps, steps
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
@@ -191,7 +191,7 @@ def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
     lengths = np.diff(spline.x)
     counts = steps(lengths, _SPACING, "the way through the points", PathError)
-    piece, step = spread(counts)
+    piece, step = number_steps(counts)
     at = np.append(spline.x[piece] + step * (lengths / counts)[piece], spline.x[-1])
     slope = direction * spline(at, 1)
     return np.column_stack([spline(at), np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))])

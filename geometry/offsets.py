@@ -23,10 +23,9 @@ import shapely
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex, Mask
-from geometry.counts import spread, steps
 from geometry.errors import CorridorError
 from geometry.part import PathPart
-from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
+from geometry.sampling import SPACING, as_complex, as_pairs, number_steps, steps, thin_out
 
 _PROBE = 1e-3  # [m]
 _BLOCK = 20  # points of a boundary that are looked at together
@@ -87,7 +86,7 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
     for pieces in _pieces(part, sections, values):
         line = np.concatenate(pieces)
         pieces.clear()  # those of a long route are large
-        lines.append(as_pairs(merged(line)))
+        lines.append(as_pairs(thin_out(line)))
     return lines
 
 
@@ -137,7 +136,7 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
         counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         for k in range(0, counts.size, _PIECES):
             count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
-            piece, step = spread(count)
+            piece, step = number_steps(count)
             thetas.append(begin[piece] + length[piece] * step / (count[piece] - 1))
             offsets.append(np.broadcast_to(values[i], piece.shape))
             folded.append(stretch[k + piece] < -1e-9)
@@ -167,7 +166,7 @@ class _PathDistance:
         """Theta of the samples [m] and their tree, made when the first point asks: often none does."""
         if self._samples is None:
             theta = self._part.places(SPACING)
-            tree = as_tree(_points(self._part, theta, np.zeros(theta.size)), leafsize=32)
+            tree = cKDTree(as_pairs(_points(self._part, theta, np.zeros(theta.size))), leafsize=32)
             self._samples = theta, tree
         return self._samples
 
@@ -214,7 +213,7 @@ class _Nearby:
 
     def __init__(self, part: PathPart) -> None:
         self._along = part.places(_STEP)
-        self._path = as_tree(_points(part, self._along, np.zeros(self._along.size)))
+        self._path = cKDTree(as_pairs(_points(part, self._along, np.zeros(self._along.size))))
         self._sharpest = np.abs(part.curvatures).max()
 
     def may_come_to(self, points: Complex, theta: Array, reach: Array) -> Mask:
@@ -233,7 +232,8 @@ class _Nearby:
         radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
         most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
         near = most + radius + 0.5 * _STEP
-        pairs = as_tree(middle).sparse_distance_matrix(self._path, float(near.max()), output_type="ndarray")
+        tree = cKDTree(as_pairs(middle))
+        pairs = tree.sparse_distance_matrix(self._path, float(near.max()), output_type="ndarray")
         block, other = pairs["i"], self._along[pairs["j"]]
         low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
         apart = np.maximum(low[block] - other, other - high[block])

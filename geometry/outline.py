@@ -15,10 +15,10 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.counts import spread, steps
 from geometry.errors import CorridorError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
+from geometry.sampling import number_steps, steps
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
 """What an obstacle may be."""
@@ -108,7 +108,7 @@ def _polygon(points: Array, name: str) -> shapely.Polygon:
     return shape
 
 
-def placed(corners: ArrayLike, frame: Pose2) -> Array:
+def outline_at(corners: ArrayLike, frame: Pose2) -> Array:
     """Return corners (m, 2) [m], given in the frame of a pose, in that in which the pose is given."""
     c, s = cos(frame.phi), sin(frame.phi)
     turned = np.asarray(corners, dtype=np.float64) @ np.array([(c, s), (-s, c)])
@@ -131,7 +131,7 @@ def convex_pieces(shape: Shape) -> list[Array]:
     return [shapely.get_coordinates(triangle)[:-1] for triangle in turned]
 
 
-def merged(pieces: Sequence[Array]) -> list[Array]:
+def merge_convex(pieces: Sequence[Array]) -> list[Array]:
     """Return convex pieces (m_i, 2) with as many put together as are convex then, the longest seams first."""
     shapes = [shapely.Polygon(piece) for piece in pieces]
     while True:
@@ -150,13 +150,13 @@ def merged(pieces: Sequence[Array]) -> list[Array]:
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
     counts = steps(np.diff(part.knots), spacing, "a part of the path", PathError)
-    piece, step = spread(counts)
+    piece, step = number_steps(counts)
     theta = part.knots[piece] + np.diff(part.knots)[piece] * step / counts[piece]
     at = part.reference(np.append(theta, part.end))
     return shapely.LineString(np.column_stack([at.x, at.y]))
 
 
-def split(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
+def split_outline(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
     """Return the outline as polylines (k, 2) of the left and of the right side of the vehicle [m].
 
     It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way

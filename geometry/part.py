@@ -24,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
-from geometry.counts import MOST, steps
-from geometry.doors import Admitted, admit, door, number, numbers
+from geometry.doors import Admitted, admit, door, to_float, to_floats
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
 from geometry.projection import closest, piece_at
+from geometry.sampling import MOST, steps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ class PathReference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PathPart(Admitted):
+class PathPart(Admitted, error=PathError):
     """A part of a route that is driven in one direction.
 
     Attributes:
@@ -68,7 +68,7 @@ class PathPart(Admitted):
     phi: Array
 
     def __post_init__(self) -> None:
-        admit(self, PathError)
+        admit(self)
         for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
             values.setflags(write=False)
 
@@ -97,7 +97,7 @@ class PathPart(Admitted):
         """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
 
         Raises:
-            PathError: they are too many, see geometry.counts, or the spacing is not > 0.
+            PathError: they are too many, see geometry.sampling, or the spacing is not > 0.
         """
         if not 1 <= least <= MOST:
             raise PathError(f"least = {least}: must be 1 to {MOST}.")
@@ -110,7 +110,7 @@ class PathPart(Admitted):
 
         Equations (1), (2) of this module.
         """
-        theta = numbers(theta).reshape(-1)
+        theta = to_floats(theta).reshape(-1)
         found = np.empty((4, theta.size))
         _reference(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction), theta, found)
         x, y, phi, slope = found
@@ -119,15 +119,15 @@ class PathPart(Admitted):
     @door(late=True)
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
-        theta = np.atleast_1d(numbers(theta))
+        theta = np.atleast_1d(to_floats(theta))
         inside = (theta >= self.knots[0]) & (theta <= self.knots[-1])
         return np.where(inside, self.curvatures[self._piece(theta)], 0.0)
 
     @door(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        direction = float(self.direction)
-        return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, number(theta)))
+        given = self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction)
+        return Pose2(*_pose(*given, to_float(theta)))
 
     @door(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:

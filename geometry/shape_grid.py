@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, inf, isfinite, sin
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.errors import InputError
-
-Values = TypeVar("Values", bound=NDArray[Any])
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
@@ -75,12 +73,7 @@ class Body:
     @property
     def shape(self) -> BodyShape:
         """The same as kernels take it."""
-        return BodyShape(
-            corners=_read_only(self.corners),
-            starts=_read_only(self.starts),
-            middle=_read_only(self.middle),
-            half=_read_only(self.half),
-        )
+        return BodyShape(*map(_read_only, (self.corners, self.starts, self.middle, self.half)))
 
     def trailing(self, direction: int) -> Array:
         """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
@@ -183,17 +176,7 @@ class ShapeGrid:
     @property
     def solid(self) -> SolidShapes:
         """The same as kernels take it."""
-        return SolidShapes(
-            corners=_read_only(self.corners),
-            starts=_read_only(self.starts),
-            circles=_read_only(self.circles),
-            origin=_read_only(self.origin),
-            cell=self.cell,
-            counts=_read_only(self.counts),
-            begins=_read_only(self.begins),
-            members=_read_only(self.members),
-            largest=self.largest,
-        )
+        return SolidShapes(*(_read_only(getattr(self, name)) for name in SolidShapes._fields))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
         """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
@@ -201,10 +184,7 @@ class ShapeGrid:
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
         found = np.zeros(len(points))
-        _beyond(
-            points, self.corners, self.circles,
-            self.origin, self.cell, self.counts, self.begins, self.members, within, found,
-        )  # fmt: skip
+        _beyond(points, self.solid, within, found)
         return found
 
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -217,11 +197,7 @@ class ShapeGrid:
         """
         poses = checked_poses(poses)
         found = np.empty((len(poses), self.owners))
-        _signed_distances(
-            body.corners, body.starts, body.middle, body.half, poses,
-            self.corners, self.starts, self.owner, self.circles,
-            self.origin, self.cell, self.counts, self.begins, self.members, self.largest, within, found,
-        )  # fmt: skip
+        _signed_distances(body.shape, poses, self.solid, self.owner, within, found)
         return found
 
 
@@ -248,8 +224,11 @@ def _all_finite(poses: Array2) -> bool:
     return True
 
 
-def _read_only(values: Values) -> Values:
-    view = values.view()
+def _read_only(value: Any) -> Any:
+    """A view of an array as kernels take it, also after it was pickled; a number itself."""
+    if not isinstance(value, np.ndarray):
+        return value
+    view = value.view()
     view.setflags(write=False)
     return view
 
@@ -321,19 +300,11 @@ def cell_at(x: float, origin: float, cell: float, count: int) -> int:
 
 @inner
 def cells_around(
-    x: float,
-    y: float,
-    c: float,
-    s: float,
-    middle: Array,
-    half: Array,
-    within: float,
-    origin: Array,
-    cell: float,
-    counts: Index,
+    x: float, y: float, c: float, s: float, body: BodyShape, solid: SolidShapes, within: float
 ) -> tuple[int, int, int, int]:
     """First and last row, first and last column of the cells within reach of a body at x, y, its heading
-    given by c and s, its bounding box by its `middle` and half lengths `half`."""
+    given by c and s."""
+    middle, half, origin, cell, counts = body.middle, body.half, solid.origin, solid.cell, solid.counts
     at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
     reach_x = abs(c) * half[0] + abs(s) * half[1] + within
     reach_y = abs(s) * half[0] + abs(c) * half[1] + within
@@ -369,47 +340,29 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 @kernel
 def _signed_distances(
-    body: Array2,
-    pieces: Index1,
-    middle: Array1,
-    half: Array1,
-    poses: Array2,
-    corners: Array2,
-    starts: Index1,
-    owner: Index1,
-    circles: Array2,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: Index1,
-    members: Index1,
-    largest: int,
-    within: float,
-    found: Out2,
+    body: BodyShape, poses: Array2, solid: SolidShapes, owner: Index1, within: float, found: Out2
 ) -> None:
-    shape, witness = np.empty((largest, 2)), np.empty(WITNESS)
+    shape, witness = np.empty((solid.largest, 2)), np.empty(WITNESS)
     for n in range(len(poses)):
         for j in range(len(found[n])):
             found[n, j] = within
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(
-            x, y, c, s, middle, half, within, origin, cell, counts
-        )
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
-            for k in range(begins[first_cell], begins[last_cell + 1]):
-                i = members[k]  # once more in a later cell, which does no harm
-                dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - middle[0], c * dy - s * dx - middle[1]
-                limit = found[n, owner[i]] + circles[i, 2]
-                if least_to_box(ahead, aside, half) >= limit or to_box(ahead, aside, half) >= limit:
+            first_cell, last_cell = row * solid.counts[0] + first_column, row * solid.counts[0] + last_column
+            for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+                i = solid.members[k]  # once more in a later cell, which does no harm
+                dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                limit = found[n, owner[i]] + solid.circles[i, 2]
+                if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
                     continue
-                count, least = starts[i + 1] - starts[i], found[n, owner[i]]
-                in_frame(corners, starts[i], count, x, y, c, s, shape)
-                for piece in range(len(pieces) - 1):
-                    first, stop = pieces[piece], pieces[piece + 1]
-                    distance_between(body, first, stop, shape, 0, count, least, witness)
+                count, least = solid.starts[i + 1] - solid.starts[i], found[n, owner[i]]
+                in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
+                for piece in range(len(body.starts) - 1):
+                    first, stop = body.starts[piece], body.starts[piece + 1]
+                    distance_between(body.corners, first, stop, shape, 0, count, least, witness)
                     least = min(least, witness[VALUE])
                 found[n, owner[i]] = least
         for j in range(len(found[n])):
@@ -433,9 +386,7 @@ def clearance_at(
     `shape` (largest, 2) and `witness` (7,) are room to work in.
     """
     least, c, s = within, cos(phi), sin(phi)
-    first_row, last_row, first_column, last_column = cells_around(
-        x, y, c, s, body.middle, body.half, within, solid.origin, solid.cell, solid.counts
-    )
+    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
     for row in range(first_row, last_row + 1):
         first_cell = row * solid.counts[0] + first_column
         last_cell = row * solid.counts[0] + last_column
@@ -496,18 +447,9 @@ def to_box(x: float, y: float, half: Array) -> float:
 
 
 @kernel
-def _beyond(
-    points: Array2,
-    corners: Array2,
-    circles: Array2,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: Index1,
-    members: Index1,
-    within: float,
-    found: Out1,
-) -> None:
+def _beyond(points: Array2, solid: SolidShapes, within: float, found: Out1) -> None:
+    corners, circles = solid.corners, solid.circles
+    origin, cell, counts = solid.origin, solid.cell, solid.counts
     if len(circles) == 0:
         return
     tied = np.empty(MOST_TIED, np.int64)
@@ -528,9 +470,13 @@ def _beyond(
             ):
                 first_cell = row * counts[0] + cell_at(x - reach, origin[0], cell, counts[0])
                 last_cell = row * counts[0] + cell_at(x + reach, origin[0], cell, counts[0])
-                for k in range(begins[first_cell], begins[last_cell + 1]):
-                    i = members[k]
-                    dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
+                for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+                    i = solid.members[k]
+                    dx, dy, far = (
+                        circles[i, 0] - x,
+                        circles[i, 1] - y,
+                        least + circles[i, 2],
+                    )
                     if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
                         continue
                     edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]

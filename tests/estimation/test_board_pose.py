@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from estimation import Camera, CharucoBoard
-from estimation.board_pose import COMMON, fit_board, slopes_of_corners
+from estimation.board_pose import fit_board, slopes_of_corners
 from estimation.camera import turn
 from estimation.types import Array
 from geometry import wrap
@@ -62,21 +62,6 @@ def test_slopes_are_those_of_central_differences(yaw: float) -> None:
         assert below is not None
         difference = (above[0] - below[0]).ravel() / 2e-6
         assert found[1][:, column] == pytest.approx(difference, rel=1e-5, abs=1e-3)
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("distance", [0.0, -4.0, -8.0])
-def test_covariance_is_honest_for_independent_corners(distance: float) -> None:
-    # COMMON widens it for corners that are not: these are, so their pose is better than told by its square.
-    random, squares = np.random.default_rng(3), []
-    for _ in range(200):
-        goal = np.array([distance, *random.uniform(-0.3, 0.3, 2)])
-        seen = pixels(goal) + 0.1 * random.standard_normal((12, 2))
-        pose = fit_board(CAMERA, corners(), seen, [goal])
-        assert pose is not None
-        squares.append(nees(error(pose.value, goal), pose.covariance) * COMMON**2)
-    # Some more than 3: sigma comes from 21 degrees of freedom, and far away the law is not quite normal.
-    assert 2.4 < np.mean(squares) < 4.2
 
 
 def test_a_mounting_off_by_its_tolerance_stays_within_the_covariance() -> None:

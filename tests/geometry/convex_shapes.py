@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 import shapely
 
 from geometry.arrays import Array
+from geometry.convex import WITNESS, distance_between
 
 
 def counter_clockwise(points: Array) -> Array:
@@ -27,6 +30,13 @@ def as_geometry(shape: Array) -> shapely.Geometry:
     if len(shape) == 1:
         return shapely.Point(shape[0])
     return shapely.LineString(shape) if len(shape) == 2 else shapely.Polygon(shape)
+
+
+def between(a: Array, b: Array) -> Array:
+    """What is found of two shapes: distance, normal and witnesses (WITNESS,)."""
+    found = np.empty(WITNESS)
+    distance_between(a, 0, len(a), b, 0, len(b), inf, found)
+    return found
 
 
 def exact(a: Array, b: Array) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from math import inf, nan
 from typing import Any
 
@@ -90,27 +89,11 @@ def test_its_convex_shapes_are_made_of_the_corners_given_and_cover_what_is_solid
     assert np.abs(grid.corners.ravel()[:, None] - numbers).min(axis=1, initial=inf).max(initial=0.0) < 1e-12
 
 
-def test_beyond_the_boundary_it_is_negative() -> None:
-    area = Area(boundary=YARD)
-    asked = np.array(
-        [[10.0, 5.0, 0.0], [17.0, 5.0, 0.0], [10.0, 9.5, 0.0], [10.0, 15.0, 0.0], [60.0, 60.0, 1.0]]
-    )
-    found = area.signed_distances(BODY, asked)
-    np.testing.assert_allclose(found[:4], [4.0, -0.7, -0.5, -6.0], atol=1e-12)
-    assert found[4] < -40.0
-
-
 def test_without_anything_solid_nothing_is_near() -> None:
     area = Area()
     assert area.boundary is None
     assert area.obstacles == area.polygons == ()
     assert (area.signed_distances(BODY, np.zeros((2, 3))) == inf).all()
-
-
-def test_only_what_is_near_is_told_if_asked() -> None:
-    area = Area(boundary=YARD, obstacles=[BLOCK])
-    asked = np.array([[9.0, 5.0, 0.0], [7.8, 6.0, 0.0]])
-    np.testing.assert_allclose(area.signed_distances(BODY, asked, 2.1), [inf, np.sqrt(2.0)])
 
 
 @pytest.mark.parametrize("far", [(1e9, -1e9), (-3e8 + 0.25, 1e9 + 0.5)])
@@ -136,17 +119,6 @@ def test_far_from_zero_it_is_the_same(seed: int, far: tuple[float, float]) -> No
 # -- what it is made of --------------------------------------------------------------------------------------
 
 
-def test_either_sense_and_a_closed_list_are_the_same() -> None:
-    expected = Area(boundary=BEND, obstacles=[BLOCK])
-    for turned in (BEND[::-1], [*BEND, BEND[0]], BEND[2:] + BEND[:2]):
-        area = Area(boundary=turned, obstacles=[BLOCK[::-1]])
-        for ring in (area.boundary, *area.obstacles):
-            assert shapely.LinearRing(ring).is_ccw
-        np.testing.assert_allclose(
-            area.signed_distances(BODY, poses(0)), expected.signed_distances(BODY, poses(0)), atol=1e-12
-        )
-
-
 def test_its_arrays_are_read_only_and_it_cannot_be_changed() -> None:
     corners = np.array(BEND)
     area = Area(boundary=corners, obstacles=[BLOCK])
@@ -157,15 +129,6 @@ def test_its_arrays_are_read_only_and_it_cannot_be_changed() -> None:
         assert not each.flags.writeable
     with pytest.raises(AttributeError):
         area.boundary = None  # type: ignore[misc]
-
-
-def test_it_pickles() -> None:
-    area = Area(boundary=BEND, obstacles=[BLOCK])
-    same = pickle.loads(pickle.dumps(area))
-    np.testing.assert_array_equal(same.boundary, BEND)
-    np.testing.assert_array_equal(
-        same.signed_distances(BODY, poses(0)), area.signed_distances(BODY, poses(0))
-    )
 
 
 def test_more_obstacles_are_the_same_as_given_at_once() -> None:

@@ -15,20 +15,12 @@ from geometry.convex import (
     ON_B_X,
     ON_B_Y,
     VALUE,
-    WITNESS,
-    signed_distance,
     swept,
 )
-from tests.geometry.convex_shapes import as_geometry, counter_clockwise, drawn, exact, placed
+from tests.geometry.convex_shapes import as_geometry, between, counter_clockwise, drawn, exact, placed
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 NORMAL, ON_A, ON_B = [NORMAL_X, NORMAL_Y], [ON_A_X, ON_A_Y], [ON_B_X, ON_B_Y]
-
-
-def between(a: Array, b: Array) -> Array:
-    found = np.empty(WITNESS)
-    signed_distance(a, b, found)
-    return found
 
 
 def pairs(count: int, seed: int) -> list[tuple[Array, Array]]:
@@ -63,28 +55,12 @@ def test_the_distance_is_that_of_another_library() -> None:
     assert 0.2 < np.mean(np.array(values) < 0.0) < 0.8
 
 
-@pytest.mark.acceptance
-@pytest.mark.parametrize("seed", range(10))
-def test_the_distances_of_100000_pairs_are_those_of_another_library(seed: int) -> None:
-    for a, b in pairs(10_000, seed=100 + seed):
-        check(a, b)
-
-
 def test_it_is_symmetric() -> None:
     for a, b in pairs(500, seed=2):
         one, other = between(a, b), between(b, a)
         assert one[VALUE] == pytest.approx(other[VALUE], abs=1e-12)
         if one[VALUE] > 1e-9:
             np.testing.assert_allclose(one[NORMAL], -other[NORMAL], atol=1e-6)
-
-
-def test_it_does_not_change_where_both_are_moved_and_turned() -> None:
-    random = np.random.default_rng(3)
-    for a, b in pairs(500, seed=3):
-        pose = np.array([*random.normal(0.0, 100.0, 2), random.uniform(-4.0, 4.0)])
-        assert between(placed(a, pose), placed(b, pose))[VALUE] == pytest.approx(
-            between(a, b)[VALUE], abs=1e-11
-        )
 
 
 def test_the_gradient_is_the_slope_of_the_distance() -> None:

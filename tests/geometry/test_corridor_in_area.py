@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from math import inf
 from pathlib import Path
 
@@ -10,9 +9,9 @@ import numpy as np
 import pytest
 import shapely
 
-from geometry import Area, Corridor, CorridorError, InputError
+from geometry import Area, Corridor, CorridorError
 from geometry.arrays import Array
-from geometry.flanks import FLANKS, LEFT, RIGHT
+from geometry.flanks import LEFT, RIGHT
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import placed
 
@@ -60,36 +59,12 @@ def contacts(corridor: Corridor, asked: Array, part: int = 0) -> Array:
 # -- what it is ----------------------------------------------------------------------------------------------
 
 
-def test_it_is_the_same_for_each_part_of_any_route() -> None:
-    corridor, asked = Corridor.in_area(AREA), poses(0)
-    for part in (1, 7):
-        np.testing.assert_array_equal(contacts(corridor, asked, part), contacts(corridor, asked))
-        np.testing.assert_array_equal(
-            corridor.signed_distances(part, BODY, asked), corridor.signed_distances(0, BODY, asked)
-        )
-
-
 def test_it_has_no_boundaries_along_a_route() -> None:
     corridor = Corridor.in_area(AREA)
     assert corridor.lines(3) == ((), ())
     assert corridor.narrowest() == corridor.narrowest(2) == (inf, 0.0)
     assert not corridor.cut_off(0, (5.0, 5.0), (25.0, 18.0))
     assert not corridor.beyond(0, np.array([[-9.0, -9.0], [7.0, 4.0]])).any()
-
-
-@pytest.mark.parametrize("told", [[], [POST]])
-def test_it_has_the_sides_of_the_body_whatever_stands(told: list[list[tuple[float, float]]]) -> None:
-    corridor = Corridor.in_area(AREA).with_obstacles(told)
-    assert corridor.sides == FLANKS
-    found = corridor.contacts(0, BODY, poses(1, 5), within=3.0, outward=0.02)
-    assert found.values.shape == (5, 2, FLANKS, 5)
-    assert not found.values.flags.writeable
-
-
-def test_it_pickles() -> None:
-    corridor = Corridor.in_area(AREA).with_obstacles([POST])
-    same = pickle.loads(pickle.dumps(corridor))
-    np.testing.assert_array_equal(contacts(same, poses(2)), contacts(corridor, poses(2)))
 
 
 # -- distances -----------------------------------------------------------------------------------------------
@@ -108,12 +83,6 @@ def test_distances_are_to_the_area_and_to_each_obstacle_told() -> None:
             )
 
 
-def test_without_obstacles_told_there_is_one_column() -> None:
-    found = Corridor.in_area(AREA).signed_distances(0, BODY, poses(4), 0.5)
-    assert found.shape == (100, 1)
-    assert (found[found >= 0.5] == inf).all()
-
-
 def test_clearance_and_collisions_count_the_area_too() -> None:
     corridor, asked = Corridor.in_area(AREA).with_obstacles([POST]), poses(5)
     bodies = np.array([placed(CAR, pose) for pose in asked])
@@ -125,13 +94,6 @@ def test_clearance_and_collisions_count_the_area_too() -> None:
     assert (room[hit] <= 0.0).all()
     near = (apart > 0.0) & (apart < 0.5)
     assert corridor.collides(0, bodies, 0.5)[near].all()
-
-
-def test_nothing_solid_is_infinitely_far() -> None:
-    corridor = Corridor.in_area(Area())
-    assert (corridor.signed_distances(0, BODY, poses(6)) == inf).all()
-    assert (corridor.clearance(0, placed(CAR, np.zeros(3))[None]) == inf).all()
-    assert (contacts(corridor, poses(6))[..., 0] == inf).all()
 
 
 # -- contacts ------------------------------------------------------------------------------------------------
@@ -152,15 +114,6 @@ def test_between_the_area_and_what_is_told_it_is_held_on_either_side() -> None:
     apart = found.contacts(0, BODY, np.array(beside), within=3.0, outward=0.0).apart[0]
     np.testing.assert_allclose(apart[:, LEFT], 0.3)
     np.testing.assert_allclose(apart[:, RIGHT], 1.6)
-
-
-def test_the_nearest_contact_is_as_far_as_the_distance() -> None:
-    corridor, asked = Corridor.in_area(AREA).with_obstacles([POST]), poses(8)
-    nearest = corridor.contacts(0, BODY, asked, within=30.0, outward=0.0).apart.min(axis=(1, 2))
-    apart = corridor.signed_distances(0, BODY, asked).min(axis=1)
-    outside = apart > 0.0
-    np.testing.assert_allclose(nearest[outside], apart[outside], atol=1e-9)
-    assert (nearest[~outside] <= 0.0).all()
 
 
 # -- other obstacles, and the same again ---------------------------------------------------------------------
@@ -205,13 +158,3 @@ def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: f
 
 
 # -- bad questions -------------------------------------------------------------------------------------------
-
-
-def test_bad_questions_are_refused() -> None:
-    corridor = Corridor.in_area(AREA)
-    with pytest.raises(InputError, match="poses has shape"):
-        contacts(corridor, np.zeros((1, 2)))
-    with pytest.raises(InputError, match="finite"):
-        corridor.signed_distances(0, BODY, np.array([[0.0, np.nan, 0.0]]))
-    with pytest.raises(InputError, match="bodies"):
-        corridor.clearance(0, np.zeros((1, 2, 2)))

@@ -42,14 +42,6 @@ def test_a_route_is_cut_at_its_cusps(full_course: ReferencePath) -> None:
     assert full_course.end == full_course.parts[1].last
 
 
-def test_sample_is_even_and_ends_at_the_ends(full_course: ReferencePath) -> None:
-    first, second = full_course.sample(0.4)
-    assert np.hypot(np.diff(first.x), np.diff(first.y)).max() <= 0.4 + 1e-9
-    assert second.x[-1] == pytest.approx(full_course.end.x)
-    with pytest.raises(PathError, match="spacing = 0"):
-        full_course.sample(0.0)
-
-
 @pytest.mark.parametrize("direction", [1, -1])
 def test_biarcs_through_poses_of_one_arc_are_that_arc(direction: int) -> None:
     path = ReferencePath.from_segments(Pose2(3.0, 1.0, 2.0), [(direction, 0.2, 9.0)])
@@ -145,24 +137,6 @@ def test_waypoints_make_the_same_path_in_any_frame(turned: float) -> None:
         assert [(each.x, each.y) for each in expected] == [
             pytest.approx(row, abs=1e-9) for row in zip(pose.x, pose.y, strict=True)
         ]
-
-
-def test_waypoints_at_a_cusp_have_one_heading() -> None:
-    points = [(0.0, 0.0), (2.0, 0.1), (4.0, 0.6), (6.0, 1.5), (4.0, 0.4), (2.0, -0.9), (0.0, -3.0)]
-    path = ReferencePath.from_waypoints(points, [1, 1, 1, -1, -1, -1])
-    assert path.parts[0].last == path.parts[1].first
-    for x, y in points:
-        assert min(
-            np.hypot(pose.x - x, pose.y - y)
-            for part in path.parts
-            for pose in [part.pose(part.project(x, y))]
-        ) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_two_waypoints_are_a_straight() -> None:
-    path = ReferencePath.from_waypoints([(0.0, 0.0), (3.0, 4.0)])
-    assert path.length == pytest.approx(5.0)
-    assert path.max_curvature == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("convention", ["way from the row", "way to the row", "cusp listed twice"])
