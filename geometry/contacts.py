@@ -91,18 +91,18 @@ def contacts(
     poses: Array,
     grid: ShapeGrid,
     *,
-    owner: Index,
-    owners: int,
     lines: bool,
     within: float,
     outward: float,
 ) -> Array:
-    """Return the `Contacts.values` (n, pieces, owners, 5) of a body at `poses` (n, 3).
+    """Return the `Contacts.values` (n, pieces, sides, 5) of a body at `poses` (n, 3).
 
     Args:
-        owner: (shapes,) whose each is, below `owners`; lines: whether they are segments with an allowed side.
+        lines: whether the shapes are segments with an allowed side, and each owner is a side; otherwise all
+            shapes are one side.
         within: what is farther away is left out [m]; outward: see the module.
     """
+    owner, owners = (grid.owner, grid.owners) if lines else (np.zeros_like(grid.owner), 1)
     found = np.zeros((len(poses), body.pieces * owners, CONTACT))
     found[:, :, APART] = inf
     _contacts(body.shape, poses, grid.solid, owner, owners, lines, within, outward, found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import inf, isfinite
 
 import numpy as np
 import shapely
@@ -18,7 +18,7 @@ from geometry.contacts import Contacts, contacts
 from geometry.doors import Admitted, door, to_rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
-from geometry.offsets import sections_of, trimmed
+from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split_outline
 from geometry.part import PathPart
 from geometry.path import ReferencePath
@@ -30,21 +30,6 @@ _WIDEST = 1e6  # [m] that an offset may be
 _POINT = Body.of([(0.0, 0.0)])
 _NO_LINES = PartLines(left=(), right=(), joined=False, narrowest=(inf, 0.0))
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
-
-
-@dataclass(frozen=True, slots=True)
-class Narrowing(Admitted, error=CorridorError):
-    """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
-
-    Attributes:
-        start, end: theta on the whole route, 0 <= start < end <= its length [m].
-        left, right: offsets there, left > 0 > right; None: as elsewhere [m].
-    """
-
-    start: float
-    end: float
-    left: float | None = None
-    right: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,17 +78,8 @@ class Corridor(Admitted, error=CorridorError):
         _check_offsets("", left, right)
         for i, row in enumerate(narrowings):
             _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
-        rows = [
-            (
-                row.start,
-                row.end,
-                nan if row.left is None else row.left,
-                nan if row.right is None else row.right,
-            )
-            for row in narrowings
-        ]
         kept_out = Obstacles.from_polygons(obstacles)
-        walls = [_walls(i, part, left, right, rows) for i, part in enumerate(path.parts)]
+        walls = [_walls(i, part, left, right, narrowings) for i, part in enumerate(path.parts)]
         return cls(walls=tuple(walls), kept_out=kept_out)
 
     @classmethod
@@ -244,16 +220,10 @@ class Corridor(Admitted, error=CorridorError):
             found = flank_contacts(body, poses, grids, within=within, outward=outward)
             found.setflags(write=False)
             return Contacts(values=found)
-        grid = self._part(part).smooth
-        found = contacts(
-            body, poses, grid, owner=grid.owner, owners=2, lines=True, within=within, outward=outward
-        )
+        walls = self._part(part).smooth
+        found = contacts(body, poses, walls, lines=True, within=within, outward=outward)
         if self.kept_out.corners:
-            grid = self.kept_out.grid
-            one = np.zeros_like(grid.owner)
-            nearest = contacts(
-                body, poses, grid, owner=one, owners=1, lines=False, within=within, outward=outward
-            )
+            nearest = contacts(body, poses, self.kept_out.grid, lines=False, within=within, outward=outward)
             found = np.concatenate((found, nearest), axis=2)
         found.setflags(write=False)
         return Contacts(values=found)
@@ -326,10 +296,10 @@ class Corridor(Admitted, error=CorridorError):
 
 
 def _walls(
-    index: int, part: PathPart, left: float, right: float, rows: Sequence[tuple[float, float, float, float]]
+    index: int, part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]
 ) -> PartWalls:
     """Boundaries of one part at offsets."""
-    sections = sections_of(part, left, right, rows)
+    sections = sections_of(part, left, right, narrowings)
     left_lines = trimmed(part, sections, sections.left)
     right_lines = trimmed(part, sections, sections.right)
     # They come with growing theta; the allowed side has to be on their left.

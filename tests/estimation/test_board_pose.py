@@ -32,10 +32,6 @@ def error(found: Array, goal: Array) -> Array:
     return off
 
 
-def nees(off: Array, covariance: Array) -> float:
-    return float(off @ np.linalg.solve(covariance, off))
-
-
 @pytest.mark.parametrize("goal", GRID, ids=str)
 def test_exact_pixels_give_the_exact_pose(goal: Array) -> None:
     pose = fit_board(CAMERA, corners(), pixels(goal), [goal + np.array([0.3, -0.2, 0.1])])
@@ -62,19 +58,6 @@ def test_slopes_are_those_of_central_differences(yaw: float) -> None:
         assert below is not None
         difference = (above[0] - below[0]).ravel() / 2e-6
         assert found[1][:, column] == pytest.approx(difference, rel=1e-5, abs=1e-3)
-
-
-def test_a_mounting_off_by_its_tolerance_stays_within_the_covariance() -> None:
-    random, squares = np.random.default_rng(4), []
-    for _ in range(200):
-        height, pitch, roll = random.standard_normal(3) * (CAMERA.height_std, *[CAMERA.tilt_std] * 2)
-        true = CAMERA.model_copy(update={"z": CAMERA.z + height, "pitch": pitch, "roll": roll})
-        goal = np.array([-4.0, *random.uniform(-0.3, 0.3, 2)])
-        seen = pixels(goal, true) + 0.1 * random.standard_normal((12, 2))
-        pose = fit_board(CAMERA, corners(), seen, [goal])
-        assert pose is not None
-        squares.append(nees(error(pose.value, goal), pose.covariance))
-    assert np.mean(squares) < 3.0 * 1.5
 
 
 def test_a_mounting_taken_for_exact_pulls_the_pose_away() -> None:

@@ -39,16 +39,7 @@ def nees(detection: CharucoDetection, vehicle: Pose2) -> float:
 
 
 @pytest.mark.parametrize(
-    "vehicle",
-    [
-        AT_THE_DOCK,
-        Pose2(0.5, 0.3, 0.05),
-        Pose2(2.0, -0.6, -0.25),
-        Pose2(3.0, 1.2, 0.3),
-        Pose2(5.0, 0.0, 0.0),
-        Pose2(7.0, -1.5, 0.1),
-    ],
-    ids=str,
+    "vehicle", [AT_THE_DOCK, Pose2(0.5, 0.3, 0.05), Pose2(3.0, 1.2, 0.3), Pose2(7.0, -1.5, 0.1)], ids=str
 )
 def test_the_goal_is_found_within_its_covariance(
     detector: CharucoGoalDetector, pictures: BoardCamera, vehicle: Pose2
@@ -60,16 +51,6 @@ def test_the_goal_is_found_within_its_covariance(
     assert nees(detection, vehicle) < 16.3  # chi-square of 3 at 0.999, the filter's gate
     assert detection.reprojection_error < 0.3
     assert len(detection.ids) == len(detection.corners) == len(detection.residuals)
-
-
-def test_a_dock_and_board_anywhere_in_the_world() -> None:
-    board = CharucoBoard(x=-2.5, y=0.3, z=0.8, yaw=0.2)
-    dock = Pose2(-20.0, 7.0, 2.9)
-    vehicle = dock.compose(Pose2(3.0, 0.4, -0.1))
-    picture = BoardCamera(CAMERA, board, Optics(), np.random.default_rng(1)).expose(vehicle, dock)
-    detection = CharucoGoalDetector(CAMERA, board).detect(picture, stamp=0.0)
-    assert detection is not None
-    assert np.abs(off(detection, vehicle, dock)) == pytest.approx(np.zeros(3), abs=0.05)
 
 
 def test_a_distorting_lens_is_taken_into_account() -> None:
@@ -130,17 +111,11 @@ def test_corners_on_one_line_are_not_enough() -> None:
 
 def garbage() -> dict[str, np.ndarray]:
     random, size = np.random.default_rng(0), (CAMERA.height, CAMERA.width)
-    stripes = np.zeros(size, np.uint8)
-    stripes[:, ::8] = 255
     return {
         "black": np.zeros(size, np.uint8),
-        "white": np.full(size, 255, np.uint8),
         "noise": random.integers(0, 256, size, dtype=np.uint8),
         "coloured noise": random.integers(0, 256, (*size, 3), dtype=np.uint8),
-        "stripes": stripes,
         "empty": np.zeros((0, 0), np.uint8),
-        "no height": np.zeros((0, CAMERA.width), np.uint8),
-        "one pixel": np.zeros((1, 1), np.uint8),
         "one row": np.zeros((1, CAMERA.width), np.uint8),
         "another size": random.integers(0, 256, (480, 640), dtype=np.uint8),
         "four channels": random.integers(0, 256, (*size, 4), dtype=np.uint8),
@@ -166,16 +141,6 @@ def test_of_two_boards_in_view_each_detector_finds_its_own() -> None:
     gone = eye.expose(vehicle, Pose2(0.0, 60.0, 0.0))
     assert CharucoGoalDetector(CAMERA, BOARD).detect(gone, stamp=0.0) is None
     assert CharucoGoalDetector(CAMERA, other).detect(gone, stamp=0.0) is not None
-
-
-def test_colour_is_as_good_as_grey(detector: CharucoGoalDetector, pictures: BoardCamera) -> None:
-    picture = pictures.expose(AT_THE_DOCK, DOCK)
-    grey = detector.detect(picture, stamp=0.0)
-    for coloured in (np.dstack([picture] * 3), picture[:, :, None]):
-        detection = detector.detect(coloured, stamp=0.0)
-        assert grey is not None
-        assert detection is not None
-        assert detection.measurement.x == pytest.approx(grey.measurement.x, abs=1e-6)
 
 
 # -- what is seen, and what is missing -----------------------------------------------------------------

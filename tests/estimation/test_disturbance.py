@@ -118,12 +118,6 @@ def test_an_offset_is_found_within_some_metres_on_a_straight(o: float, v: float)
     assert found[-1].steering == pytest.approx(o, abs=0.02 * abs(o))
 
 
-def test_at_rest_nothing_is_learnt_of_the_steering() -> None:
-    found = estimates(Truth(o=0.03), 20.0, noise=np.random.default_rng(0))
-    assert abs(found[-1].steering) < 0.01
-    assert found[-1].stds[1] > 0.8 * 0.03
-
-
 @pytest.mark.parametrize("share", [0.95, 1.05])
 def test_a_wrong_wheelbase_is_hardly_taken_for_an_offset(share: float) -> None:
     found = estimates(Truth(wheelbase=share * WHEELBASE), 25.0, v=1.0, delta=lambda t: 0.5 * np.sin(0.4 * t))
@@ -179,16 +173,6 @@ def test_nothing_is_learnt_while_somebody_else_brakes() -> None:
         )
     assert estimate.acceleration == before.acceleration
     assert estimate.mean[0] == pytest.approx(v, abs=0.01)
-
-
-def test_a_measurement_that_is_told_twice_tells_nothing() -> None:
-    before = estimates(Truth(), 3.0, v=1.0)[-1]
-    assert before.motion is not None
-    again = updated(before, before.motion, 3.0 + CYCLE, 2.0, WHEELBASE, CONFIG)
-    assert again is before
-    moved = Motion(v=before.motion.v + 2.0 * CYCLE * 2.0, phi=before.motion.phi, delta=0.0)
-    after = updated(again, moved, 3.0 + 2.0 * CYCLE, 2.0, WHEELBASE, CONFIG)
-    assert after.acceleration == pytest.approx(0.0, abs=1e-6)
 
 
 def test_bounds_hold_and_uncertainty_ends_where_it_began() -> None:

@@ -18,15 +18,6 @@ def noted(*poses: tuple[float, Pose2], length: float = 10.0) -> PoseHistory:
     return history
 
 
-def test_between_two_poses_it_is_interpolated() -> None:
-    history = noted((1.0, Pose2(0.0, 1.0, 0.2)), (1.4, Pose2(2.0, -1.0, 0.6)))
-    between = history.at(1.1)
-    assert between is not None
-    assert (between.x, between.y, between.phi) == pytest.approx((0.5, 0.5, 0.3))
-    assert history.at(1.0) == Pose2(0.0, 1.0, 0.2)
-    assert history.at(1.4) == Pose2(2.0, -1.0, 0.6)
-
-
 @pytest.mark.parametrize(("before", "after"), [(3.1, -3.1), (-3.1, 3.1), (3.1, 2.0 * pi - 3.1), (9.4, -3.0)])
 def test_the_heading_takes_the_short_way_across_pi(before: float, after: float) -> None:
     history = noted((0.0, Pose2(0.0, 0.0, before)), (0.4, Pose2(0.0, 0.0, after)))

@@ -12,46 +12,20 @@ import pytest
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry.errors import ConfigError
 
-POSITIVE = {
-    DetectionNoise: (
-        "position_std",
-        "heading_std",
-        "position_floor",
-        "heading_floor",
-        "reference_range",
-    ),
-    GoalFilterConfig: (
-        "position_drift",
-        "heading_drift",
-        "lost_after",
-        "history",
-    ),
-}
 REFUSED: list[tuple[type[Any], str, Any, str]] = [
     *(
-        (group, field, value, allowed)
-        for group, fields in POSITIVE.items()
-        for field in fields
-        for value, allowed in (
-            (0.0, "greater than 0"),
-            (-1.0, "greater than 0"),
-            (1e13, "less than or equal to"),
-            (nan, "finite"),
-            (inf, "finite"),
-            ("wide", "number"),
-            (None, "number"),
-        )
+        (DetectionNoise, field, value, allowed)
+        for field in DetectionNoise.model_fields
+        for value, allowed in ((0.0, "greater than 0"), (1e13, "less than or equal to"), (nan, "finite"))
     ),
-    *(
-        (GoalFilterConfig, field, value, allowed)
-        for field in ("vehicle_position_std", "vehicle_heading_std")
-        for value, allowed in ((-0.1, "greater than or equal to 0"), (nan, "finite"), ("no", "number"))
-    ),
-    *(
-        (GoalFilterConfig, field, value, allowed)
-        for field in ("gate",)
-        for value, allowed in ((0.5, "greater than 0.5"), (1.0, "less than 1"), (nan, "finite"))
-    ),
+    (GoalFilterConfig, "position_drift", 0.0, "greater than 0"),
+    (GoalFilterConfig, "heading_drift", "wide", "number"),
+    (GoalFilterConfig, "lost_after", None, "number"),
+    (GoalFilterConfig, "history", inf, "finite"),
+    (GoalFilterConfig, "vehicle_position_std", -0.1, "greater than or equal to 0"),
+    (GoalFilterConfig, "vehicle_heading_std", -0.1, "greater than or equal to 0"),
+    (GoalFilterConfig, "gate", 0.5, "greater than 0.5"),
+    (GoalFilterConfig, "gate", 1.0, "less than 1"),
     (GoalFilterConfig, "confirmations", 0, "greater than or equal to 1"),
     (GoalFilterConfig, "confirmations", 101, "less than or equal to 100"),
     (GoalFilterConfig, "confirmations", 2.5, "integer"),

@@ -133,15 +133,6 @@ def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     assert also.residual == pytest.approx(known.residual, abs=1e-12)
 
 
-def test_headings_may_be_on_any_branch() -> None:
-    known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
-    measured = start(heading=pi - 0.001)
-    expected = start(heading=-pi + 0.001)
-    state, after = filtered(known, measured, expected, expected, CYCLE, 0.0, CURVATURE)
-    assert pi - 0.001 <= state[2] <= pi + 0.001
-    assert after.residual[2] == pytest.approx(-0.002)
-
-
 def test_it_is_never_farther_from_a_measurement_than_noise_explains() -> None:
     watch = Watch(start(), NOISE)
     watch.drive(300)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf
 
 import numpy as np
 import shapely
 
 from geometry.arrays import Array
+from geometry.contacts import Contacts
 from geometry.convex import WITNESS, distance_between
 
 
@@ -52,3 +54,19 @@ def placed(shape: Array, pose: Array) -> Array:
     """A shape (m, 2) at a pose x, y, phi."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     return np.ascontiguousarray(shape @ np.array([[c, s], [-s, c]]) + pose[:2])
+
+
+def check_slopes(contacts: Callable[[Array], Contacts], asked: Array) -> None:
+    """Equation (S2) by differences, but where two pairs of features or two sides are about equally near."""
+    found, step = contacts(asked), 1e-6
+    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
+    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
+    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
+    with np.errstate(invalid="ignore"):
+        for i in range(3):
+            ahead, behind = (contacts(asked + h * np.eye(3)[i]).apart for h in (step, -step))
+            slopes[..., i] = (ahead - behind) / (2.0 * step)
+            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
+        smooth = np.isfinite(found.apart) & (bends < 1e-3)
+    assert smooth.sum() > 400
+    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)

@@ -4,12 +4,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from geometry import lift, wrap
-
-ANGLES = st.floats(-1e3, 1e3)
 
 
 @pytest.mark.parametrize(
@@ -19,14 +15,6 @@ ANGLES = st.floats(-1e3, 1e3)
 def test_wrap_goes_to_minus_pi_exclusive_to_pi(angle: float, expected: float) -> None:
     assert wrap(angle) == pytest.approx(expected)
     assert isinstance(wrap(angle), float)
-
-
-@given(ANGLES, ANGLES)
-def test_lift_is_the_same_angle_within_pi(angle: float, near: float) -> None:
-    lifted = lift(angle, near)
-    assert abs(lifted - near) <= pi + 1e-9
-    turns = (lifted - angle) / (2.0 * pi)
-    assert turns == pytest.approx(round(turns), abs=1e-9)
 
 
 def test_arrays_go_element_by_element() -> None:

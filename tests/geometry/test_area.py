@@ -96,26 +96,6 @@ def test_without_anything_solid_nothing_is_near() -> None:
     assert (area.signed_distances(BODY, np.zeros((2, 3))) == inf).all()
 
 
-@pytest.mark.parametrize("far", [(1e9, -1e9), (-3e8 + 0.25, 1e9 + 0.5)])
-@pytest.mark.parametrize("seed", range(1, 8))
-def test_far_from_zero_it_is_the_same(seed: int, far: tuple[float, float]) -> None:
-    boundary, obstacles = drawn(seed)
-    there = Area(
-        boundary=None if boundary is None else boundary + far, obstacles=[ring + far for ring in obstacles]
-    )
-    here = Area(boundary=boundary, obstacles=obstacles)
-    moved = poses(seed) + np.array([*far, 0.0])
-    exactly_moved = moved - np.array([*far, 0.0])  # the poses, too, are rounded by adding so much
-    np.testing.assert_allclose(
-        there.signed_distances(BODY, moved), here.signed_distances(BODY, exactly_moved), atol=1e-6
-    )
-    np.testing.assert_allclose(
-        sum(shapely.Polygon(ring - far).area for ring in there.polygons),
-        sum(shapely.Polygon(ring).area for ring in here.polygons),
-        atol=1e-4,
-    )
-
-
 # -- what it is made of --------------------------------------------------------------------------------------
 
 

@@ -78,14 +78,6 @@ def test_margin() -> None:
     assert not pillar.collides(0, bodies((16.5, 0.0, 0.0)), 0.49)[0]
 
 
-def test_the_centre_of_a_collapsed_arc_is_hit() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 8.0)])
-    arc = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    assert arc.collides(0, bodies((0.0, 5.5, 0.0)))[0]
-    assert arc.clearance(0, bodies((0.0, 5.5, 0.0)))[0] == pytest.approx(-0.5)
-    assert arc.clearance(0, bodies((0.0, 3.0, 0.0)))[0] == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize(
     ("values", "message"),
     [

@@ -11,7 +11,7 @@ import shapely
 from geometry import Corridor, InputError, Narrowing, Pose2, ReferencePath
 from geometry.arrays import Array
 from geometry.shape_grid import Body
-from tests.geometry.convex_shapes import between, placed
+from tests.geometry.convex_shapes import between, check_slopes, placed
 
 FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
 REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
@@ -72,23 +72,7 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_wall() -> N
 
 
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
-    """Equation (S2), but where two pairs of features are about equally near."""
-    asked, step = poses(3), 1e-6
-    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.0)
-    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
-    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
-    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
-    with np.errstate(invalid="ignore"):
-        for i in range(3):
-            ahead, behind = (
-                LANE.contacts(0, BODY, asked + h * np.eye(3)[i], within=5.0, outward=0.0).apart
-                for h in (step, -step)
-            )
-            slopes[..., i] = (ahead - behind) / (2.0 * step)
-            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
-    smooth = np.isfinite(found.apart) & (bends < 1e-3)
-    assert smooth.sum() > 400
-    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)
+    check_slopes(lambda asked: LANE.contacts(0, BODY, asked, within=5.0, outward=0.0), poses(3))
 
 
 def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
@@ -125,14 +109,6 @@ def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
                 assert normal == pytest.approx(witness[1] + 1j * witness[2], abs=1e-9)
                 compared += 1
     assert compared > 100
-
-
-def test_beyond_a_wall_it_is_pulled_back_from_near_and_left_alone_from_afar() -> None:
-    pose = np.array([[20.0, 5.5, 0.0]])  # 0.5 m beyond, 2.5 m to get back
-    near, far = (LANE.contacts(0, BODY, pose, within=within, outward=0.0) for within in (0.6, 0.4))
-    np.testing.assert_allclose(near.apart[0, :, 0], -2.5, atol=1e-9)
-    np.testing.assert_allclose(near.normal[0, :, 0], -1j, atol=1e-9)
-    assert (far.apart[0, :, 0] == inf).all()
 
 
 @pytest.mark.parametrize(

@@ -105,20 +105,6 @@ def test_a_square_against_what_is_known(
     np.testing.assert_allclose(found[NORMAL], normal, atol=1e-15)
 
 
-def test_corners_that_coincide_and_segments_of_no_length_do_no_harm() -> None:
-    doubled = np.repeat(SQUARE, 2, axis=0)
-    for other, value in (([[3.0, 0.5], [3.0, 0.5]], 2.0), ([[0.9, 0.2], [0.9, 0.2]], -0.1)):
-        assert between(doubled, np.array(other))[VALUE] == pytest.approx(value, abs=1e-15)
-    found = between(np.zeros((2, 2)), np.array([[3.0, 4.0]]))
-    assert found[VALUE] == 5.0
-    np.testing.assert_allclose(found[NORMAL], (-0.6, -0.8))
-
-
-def test_it_is_exact_beside_long_thin_shapes() -> None:
-    needle = counter_clockwise(np.array([[0.0, 0.0], [1e4, 1e-3], [1e4, -1e-3]]))
-    assert between(SQUARE + np.array([5000.0, 2.0]), needle)[VALUE] == pytest.approx(1.0 - 5.001e-4, abs=2e-7)
-
-
 def test_what_a_polygon_covers_on_its_way_is_the_hull_of_both_ends() -> None:
     """`swept` is called as a kernel calls it; uncompiled it is the same code."""
     random = np.random.default_rng(5)

@@ -11,7 +11,6 @@ import shapely
 
 from geometry import Area, Corridor, CorridorError
 from geometry.arrays import Array
-from geometry.flanks import LEFT, RIGHT
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import placed
 
@@ -105,15 +104,6 @@ def test_what_is_told_counts_like_what_belongs_to_the_area() -> None:
     known = contacts(Corridor.in_area(AREA.with_obstacles([POST, CART])), asked)
     np.testing.assert_allclose(told, known, atol=1e-9)
     assert (told[..., 0] < contacts(Corridor.in_area(AREA), asked)[..., 0]).any()
-
-
-def test_between_the_area_and_what_is_told_it_is_held_on_either_side() -> None:
-    beside = [(10.0, 0.0 + 2.6, 0.0)]  # 1.6 m to the wall on the right
-    car = [(8.0, 3.9), (16.0, 3.9), (16.0, 5.5), (8.0, 5.5)]
-    found = Corridor.in_area(Area(boundary=YARD)).with_obstacles([car])
-    apart = found.contacts(0, BODY, np.array(beside), within=3.0, outward=0.0).apart[0]
-    np.testing.assert_allclose(apart[:, LEFT], 0.3)
-    np.testing.assert_allclose(apart[:, RIGHT], 1.6)
 
 
 # -- other obstacles, and the same again ---------------------------------------------------------------------

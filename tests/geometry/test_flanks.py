@@ -9,10 +9,10 @@ import pytest
 import shapely
 
 from geometry.arrays import Array
-from geometry.contacts import ACROSS, ALONG, AT_Y, Contacts
+from geometry.contacts import ACROSS, AT_Y, Contacts
 from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
-from tests.geometry.convex_shapes import between, drawn, placed
+from tests.geometry.convex_shapes import between, check_slopes, drawn, placed
 
 FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
 REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
@@ -105,22 +105,6 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_shape() -> 
     assert compared > 200
 
 
-def test_nothing_near_is_infinitely_far_and_pulls_nowhere() -> None:
-    asked = np.array([[100.0, 0.0, 0.3]])
-    for found in (flanks(asked, shapes_of(1)), flanks(asked), flanks(asked, [])):
-        assert (found.apart == inf).all()
-        assert not found.values[..., ALONG:].any()
-    assert flanks(np.zeros((0, 3)), shapes_of(1)).apart.shape == (0, 2, FLANKS)
-
-
-def test_of_several_grids_the_nearest_counts() -> None:
-    asked = poses(9)
-    one, other = shapes_of(9), shapes_of(10)
-    expected = np.minimum(flanks(asked, one).apart, flanks(asked, other).apart)
-    np.testing.assert_array_equal(flanks(asked, one, other).apart, expected)
-    np.testing.assert_allclose(flanks(asked, one + other).apart, expected, atol=1e-12)
-
-
 # -- rows on either side -------------------------------------------------------------------------------------
 
 
@@ -133,15 +117,6 @@ def test_a_body_between_two_shapes_is_held_on_either_side() -> None:
     assert (found.apart[0, :, [END_LEFT, END_RIGHT]] == inf).all()
 
 
-def test_a_body_in_a_bay_is_held_at_its_end_too() -> None:
-    bay = [block(-5.0, 1.2, 8.0, 4.0), block(-5.0, -4.0, 8.0, -1.3), block(4.2, -6.0, 6.0, 6.0)]
-    found = flanks(np.array([[0.0, 0.0, 1e-3]]), bay)
-    front = found.apart[0, 1]
-    assert front[LEFT] == pytest.approx(0.2, abs=0.01)
-    assert front[RIGHT] == pytest.approx(0.3, abs=0.01)
-    assert min(front[END_LEFT], front[END_RIGHT]) == pytest.approx(0.5, abs=0.01)
-
-
 @pytest.mark.parametrize("beside", [0.05, -0.4])
 def test_what_is_ahead_on_either_side_of_the_middle_counts_twice(beside: float) -> None:
     """Two cars that it is to drive in between of, or before which it has to stop: the nearer one does not
@@ -152,36 +127,11 @@ def test_what_is_ahead_on_either_side_of_the_middle_counts_twice(beside: float) 
     assert found[END_RIGHT] == pytest.approx(np.hypot(1.0, max(beside, 0.0)))
 
 
-def test_beside_a_straight_wall_the_ends_of_the_body_count() -> None:
-    wall = [block(-20.0, 2.0, 20.0, 3.0)]
-    for turn, at in (
-        (0.0, [-0.8 + 1j, 3.7 + 1j]),
-        (0.015, [-0.8 + 1j, 3.7 + 1j]),
-        (0.03, [1.5 + 1j, 3.7 + 1j]),
-    ):
-        found = flanks(np.array([[0.0, 0.0, turn]]), wall, outward=0.02)
-        np.testing.assert_allclose(found.at[0, :, LEFT], at)
-
-
 # -- what the rows are linearised with -----------------------------------------------------------------------
 
 
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
-    """Equation (S2), but where two pairs of features, or two sides, are about equally near."""
-    shapes, step = shapes_of(3), 1e-6
-    asked = poses(3, 200)
-    found = flanks(asked, shapes)
-    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
-    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
-    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
-    with np.errstate(invalid="ignore"):
-        for i in range(3):
-            ahead, behind = (flanks(asked + h * np.eye(3)[i], shapes).apart for h in (step, -step))
-            slopes[..., i] = (ahead - behind) / (2.0 * step)
-            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
-        smooth = np.isfinite(found.apart) & (bends < 1e-3)
-    assert smooth.sum() > 400
-    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)
+    check_slopes(lambda asked: flanks(asked, shapes_of(3)), poses(3, 200))
 
 
 # -- symmetries ----------------------------------------------------------------------------------------------
@@ -194,14 +144,3 @@ def test_mirrored_it_is_the_same_on_the_other_side() -> None:
     sign = np.ones(5)
     sign[[ACROSS, AT_Y]] = -1.0
     np.testing.assert_allclose(other.values, one.values[:, :, OPPOSITE] * sign, atol=1e-9)
-
-
-@pytest.mark.parametrize("motion", [(40.0, -70.0, 2.3), (-4000.0, 7000.0, -9.0)])
-def test_where_in_the_world_it_is_and_how_it_is_turned_does_not_matter(
-    motion: tuple[float, float, float],
-) -> None:
-    asked, shapes, move = poses(5), shapes_of(5), np.array(motion)
-    there = np.column_stack([placed(asked[:, :2], move), asked[:, 2] + move[2]])
-    moved = [placed(shape, move) for shape in shapes]
-    one, other = flanks(asked, shapes, outward=0.02), flanks(there, moved, outward=0.02)
-    np.testing.assert_allclose(other.values, one.values, atol=1e-8)

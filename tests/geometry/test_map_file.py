@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from geometry import Area, AreaError, files
-from geometry.arrays import Array, Index, Mask
+from geometry.arrays import Array, Index
 from geometry.map_file import merged_cells, read_map
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import placed
@@ -110,31 +110,6 @@ def cell(entries: dict[str, Any], row: int, column: int, rows: int) -> shapely.P
     return shapely.Polygon([low[0], across[0], high[0], low[0] + high[0] - across[0]])
 
 
-def test_outside_the_map_all_is_solid(tmp_path: Path) -> None:
-    area = Area.from_map(written(tmp_path, CORNER, resolution=1.0, origin=[0.0, 0.0, np.pi / 2]))
-    # It reaches 3 m along y and 2 m to the left of the origin.
-    asked = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 3.5, 0.0], [-2.5, 1.5, 0.0]])
-    np.testing.assert_allclose(area.signed_distances(POINT, asked), [0.5, -0.5, -0.5, -0.5], atol=1e-12)
-
-
-def test_what_is_drawn_of_a_map_is_what_is_occupied(tmp_path: Path) -> None:
-    black = np.random.default_rng(0).uniform(size=(20, 30)) < 0.6
-    file = written(tmp_path, np.where(black, 0, 255).astype(np.uint8), origin=[2.0, 1.0, 0.3])
-    shapes = [shapely.Polygon(ring) for ring in Area.from_map(file).polygons]
-    assert sum(shape.area for shape in shapes) == pytest.approx(0.01 * black.sum(), abs=1e-4)
-    assert len(shapes) < black.sum() / 2
-
-
-def test_obstacles_are_added_to_a_map(tmp_path: Path) -> None:
-    area = Area.from_map(written(tmp_path, CORNER, resolution=1.0))
-    more = area.with_obstacles([[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]])
-    assert len(more.obstacles) == 2
-    asked = np.array([[0.5, 0.5, 0.0], [1.5, 1.5, 0.0], [2.5, 1.5, 0.0]])
-    np.testing.assert_allclose(more.signed_distances(POINT, asked), [-0.5, -0.5, 0.5])
-    np.testing.assert_allclose(area.signed_distances(POINT, asked), [0.5, -0.5, 0.5])
-    assert area.bounded([(99.0, 99.0)], 15.0) is area
-
-
 # -- rectangles ----------------------------------------------------------------------------------------------
 
 
@@ -146,30 +121,6 @@ def test_rectangles_cover_each_cell_once(share: float, shape: tuple[int, int]) -
     for left, bottom, right, top in merged_cells(cells):
         times[bottom:top, left:right] += 1
     np.testing.assert_array_equal(times, cells)
-
-
-@pytest.mark.parametrize(
-    ("picture", "expected"),
-    [
-        (["##", "##", "##"], [[0, 0, 2, 3]]),
-        (["#.#", "#.#"], [[0, 0, 1, 2], [2, 0, 3, 2]]),
-        (["##.", ".##"], [[0, 0, 2, 1], [1, 1, 3, 2]]),
-        (["#", ".", "#"], [[0, 0, 1, 1], [0, 2, 1, 3]]),
-        (["..", ".."], []),
-    ],
-)
-def test_runs_that_begin_and_end_alike_are_one_rectangle(
-    picture: list[str], expected: list[list[int]]
-) -> None:
-    cells: Mask = np.array([[each == "#" for each in row] for row in picture])
-    assert merged_cells(cells).tolist() == expected
-
-
-def test_a_large_map_is_few_rectangles(tmp_path: Path) -> None:
-    pixels = np.full((2000, 2000), 255, dtype=np.uint8)
-    pixels[::100] = 0
-    pixels[:, ::100] = 0
-    assert len(Area.from_map(written(tmp_path, pixels)).obstacles) == 20 + 20 * 20
 
 
 # -- what is occupied ----------------------------------------------------------------------------------------
@@ -191,12 +142,6 @@ def test_negated_white_is_occupied(tmp_path: Path) -> None:
         assert occupied(file, (1, 6), unknown_is_free=True) == [[0, 0, 0, 0, 0, 1]]
     file = written(tmp_path, pixels, free_thresh=0.2, occupied_thresh=0.6, negate=False)
     assert occupied(file, (1, 6), unknown_is_free=True) == [[1, 1, 1, 0, 0, 0]]
-
-
-def test_the_grey_of_map_savers_is_unknown(tmp_path: Path) -> None:
-    file = written(tmp_path, np.array([[0, 205, 254]], dtype=np.uint8), "L")
-    assert occupied(file, (1, 3)) == [[1, 1, 0]]
-    assert occupied(file, (1, 3), unknown_is_free=True) == [[1, 0, 0]]
 
 
 @pytest.mark.parametrize("content", [b"P2\n# a comment\n3 2\n255\n255 0 255\n255 255 255\n", None])
@@ -322,11 +267,6 @@ def test_what_is_no_map_file_is_refused(tmp_path: Path, content: bytes, message:
     file.write_bytes(content)
     with pytest.raises(AreaError, match=rf"^{file}: {message}$"):
         Area.from_map(file)
-
-
-def test_a_file_that_is_missing_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(AreaError, match=r"none.yaml: cannot be read \(No such file or directory\)\.$"):
-        Area.from_map(tmp_path / "none.yaml")
 
 
 def test_a_picture_that_is_far_too_large_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

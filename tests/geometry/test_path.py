@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from math import inf, nan, pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -127,18 +128,6 @@ def test_few_waypoints_around_a_corner_are_straight_before_and_after_it() -> Non
     np.testing.assert_allclose(at.x[after], 10.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("turned", [0.3, 2.0, -2.9])
-def test_waypoints_make_the_same_path_in_any_frame(turned: float) -> None:
-    points, frame = [(0.0, 0.0), (4.0, 0.5), (7.0, 3.0), (7.5, 7.0), (12.0, 8.0)], Pose2(3.0, -40.0, turned)
-    moved = [frame.compose(Pose2(x, y, 0.0)) for x, y in points]
-    there = ReferencePath.from_waypoints([(pose.x, pose.y) for pose in moved])
-    for at, pose in zip(ReferencePath.from_waypoints(points).sample(0.2), there.sample(0.2), strict=True):
-        expected = [frame.compose(Pose2(*row)) for row in zip(at.x, at.y, at.phi, strict=True)]
-        assert [(each.x, each.y) for each in expected] == [
-            pytest.approx(row, abs=1e-9) for row in zip(pose.x, pose.y, strict=True)
-        ]
-
-
 @pytest.mark.parametrize("convention", ["way from the row", "way to the row", "cusp listed twice"])
 def test_csv(convention: str, tmp_path: Path) -> None:
     path = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.5), TWO_LEGS)
@@ -187,66 +176,35 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
         ReferencePath.from_csv(tmp_path / "binary.csv")
 
 
-@pytest.mark.parametrize(
-    ("segments", "message"),
-    [
-        ([], "segments is empty"),
-        ([(1, 0.1, 5.0), (0, 0.0, 1.0)], r"segments\[1\]: direction = 0"),
-        ([(2, 0.0, 1.0)], "direction = 2"),
-        ([(1, nan, 1.0)], "curvature = nan"),
-        ([(1, inf, 1.0)], "curvature = inf"),
-        ([(1, 0.0, 0.0)], "length = 0.0"),
-        ([(1, 0.0, -1.0)], "length = -1.0"),
-        ([(1, 0.0, nan)], "length = nan"),
-    ],
-)
-def test_bad_segments_are_refused(segments: list[tuple[int, float, float]], message: str) -> None:
-    with pytest.raises(PathError, match=message):
-        ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
-
-
 STRAIGHT = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
+ORIGIN = Pose2(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("poses", "directions", "message"),
+    ("build", "given", "message"),
     [
-        ([], 1, "shape|at least 2"),
-        (STRAIGHT[:1], 1, "at least 2"),
-        ([(0.0, 0.0), (1.0, 0.0)], 1, "shape"),
-        ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "an array of numbers"),
-        ([STRAIGHT[0], (1.0, nan, 0.0)], 1, r"poses\[1\]"),
-        ([STRAIGHT[0], (inf, 0.0, 0.0)], 1, r"poses\[1\]"),
-        ([*STRAIGHT, STRAIGHT[-1]], 1, "row 3 repeats the point of row 2"),
-        (STRAIGHT, 0, "direction = 0"),
-        (STRAIGHT, [1, 1, 3], r"directions\[2\]: direction = 3"),
-        (STRAIGHT, [1, 1, 1, 1], "directions has shape"),
-        (STRAIGHT, -1, "row 0: its heading"),
-        ([*STRAIGHT[:2], (2.0, 0.0, 1.6)], 1, "row 2: its heading"),
-        ([*STRAIGHT[:2], (0.5, 0.0, 0.0)], 1, "row 1: its heading"),
-        ([*STRAIGHT, (2.0, 0.0, 0.5), (1.0, -1.0, 0.5)], [1, 1, 1, -1, -1], "same heading"),
+        ("segments", (ORIGIN, []), "segments is empty"),
+        ("segments", (ORIGIN, [(1, 0.1, 5.0), (0, 0.0, 1.0)]), r"segments\[1\]: direction = 0"),
+        ("segments", (ORIGIN, [(1, nan, 1.0)]), "curvature = nan"),
+        ("segments", (ORIGIN, [(1, 0.0, 0.0)]), "length = 0.0"),
+        ("segments", (ORIGIN, [(1, 0.0, inf)]), "length = inf"),
+        ("poses", ([], 1), "shape|at least 2"),
+        ("poses", (STRAIGHT[:1], 1), "at least 2"),
+        ("poses", ([(0.0, 0.0), (1.0, 0.0)], 1), "shape"),
+        ("poses", ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1), "an array of numbers"),
+        ("poses", ([STRAIGHT[0], (1.0, nan, 0.0)], 1), r"poses\[1\]"),
+        ("poses", ([*STRAIGHT, STRAIGHT[-1]], 1), "row 3 repeats the point of row 2"),
+        ("poses", (STRAIGHT, 0), "direction = 0"),
+        ("poses", (STRAIGHT, [1, 1, 3]), r"directions\[2\]: direction = 3"),
+        ("poses", (STRAIGHT, [1, 1, 1, 1]), "directions has shape"),
+        ("poses", (STRAIGHT, -1), "row 0: its heading"),
+        ("poses", ([*STRAIGHT[:2], (2.0, 0.0, 1.6)], 1), "row 2: its heading"),
+        ("poses", ([*STRAIGHT, (2.0, 0.0, 0.5), (1.0, -1.0, 0.5)], [1, 1, 1, -1, -1]), "same heading"),
+        ("waypoints", ([(0.0, 0.0), (0.0, 0.0)], 1), "row 1 repeats"),
+        ("waypoints", ([(0.0, 0.0), (nan, 0.0)], 1), r"points\[1\]"),
+        ("waypoints", ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], [1, -1]), "does not turn back"),
     ],
 )
-def test_bad_poses_are_refused(
-    poses: list[tuple[float, ...]], directions: int | list[int], message: str
-) -> None:
+def test_bad_arguments_are_refused(build: str, given: tuple[Any, Any], message: str) -> None:
     with pytest.raises(PathError, match=message):
-        ReferencePath.from_poses(poses, directions)
-
-
-@pytest.mark.parametrize(
-    ("points", "direction", "message"),
-    [
-        ([(0.0, 0.0)], 1, "at least 2"),
-        ([(0.0, 0.0), (0.0, 0.0)], 1, "row 1 repeats"),
-        ([(0.0, 0.0), (nan, 0.0)], 1, r"points\[1\]"),
-        ([(0.0, 0.0), (1.0, 0.0)], 7, "direction = 7"),
-        ([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "shape"),
-        ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], [1, -1], "does not turn back"),
-    ],
-)
-def test_bad_waypoints_are_refused(
-    points: list[tuple[float, ...]], direction: int | list[int], message: str
-) -> None:
-    with pytest.raises(PathError, match=message):
-        ReferencePath.from_waypoints(points, direction)
+        getattr(ReferencePath, f"from_{build}")(*given)

@@ -21,14 +21,6 @@ def test_a_box_is_split_where_the_tangents_meet_its_caps() -> None:
     np.testing.assert_allclose(corridor.narrowest(), (5.0, 0.0))
 
 
-def test_either_sense_and_a_closed_list_are_the_same() -> None:
-    points = np.random.default_rng(0).uniform((-2.0, -5.0), (22.0, 4.0), (100, 2))
-    expected = sides_of(Corridor.from_polygon(STRAIGHT, BOX), 0, points).distance
-    for outline in (BOX[::-1], [*BOX, BOX[0]], BOX[2:] + BOX[:2]):
-        planes = sides_of(Corridor.from_polygon(STRAIGHT, outline), 0, points)
-        np.testing.assert_allclose(planes.distance, expected, atol=1e-12)
-
-
 def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
     outline = [
         (0, -2),

@@ -34,24 +34,6 @@ def test_heading_chooses_the_lane() -> None:
     assert part.project(8.0, 1.9, heading=0.3 - 4.0 * pi) == pytest.approx(8.0)
 
 
-def test_heading_limit_may_lie_within_an_arc() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.5, 2.0 * pi)]).parts[0]
-    # Beside the end, whose heading is pi; only the first half is within 90 deg of 0.
-    assert part.project(0.0, 5.0, heading=0.0) == pytest.approx(pi)
-    assert part.project(0.0, 5.0) == pytest.approx(2.0 * pi)
-    # Nowhere within 90 deg: as without.
-    straight = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 5.0)]).parts[0]
-    assert straight.project(3.0, 1.0, heading=pi) == pytest.approx(3.0)
-
-
-def test_ends_hold_what_is_beyond_them(reversing: ReferencePath) -> None:
-    part = reversing.parts[0]
-    before, behind = part.pose(-3.0), part.pose(33.0)
-    assert part.project(before.x, before.y, near=0.0) == part.start
-    assert part.project(behind.x, behind.y, near=30.0) == part.end
-    assert part.project(0.0, 0.0, near=99.0) == part.end
-
-
 def test_long_route_of_many_pieces() -> None:
     segments = [(1, 0.1 if i % 2 else -0.1, 0.1) for i in range(20000)]
     part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments).parts[0]

@@ -60,15 +60,6 @@ def test_lines_are_their_segments() -> None:
         assert value == pytest.approx(apart, abs=1e-9) if apart > 0.0 else value <= 0.0
 
 
-def test_a_billion_metres_away_only_the_coordinates_are_rounded() -> None:
-    shapes, owner = world(6)
-    asked = poses(6)
-    here = ShapeGrid.of_shapes(shapes, owner, 3).signed_distances(BODY, asked)
-    far = np.array([1e9, -1e9])
-    there = ShapeGrid.of_shapes([shape + far for shape in shapes], owner, 3)
-    np.testing.assert_allclose(there.signed_distances(BODY, asked + np.append(far, 0.0)), here, atol=1e-6)
-
-
 def test_shapes_that_are_all_at_one_place_or_on_one_line_make_a_grid() -> None:
     points = [np.array([[5.0, 0.0]])] * 3
     assert ShapeGrid.of_shapes(points, [0, 0, 0], 1).signed_distances(BODY, np.zeros((1, 3))) == 5.0 - 3.7
@@ -86,13 +77,6 @@ def test_bad_poses_are_refused(asked: Array) -> None:
 
 
 # -- beyond a boundary ---------------------------------------------------------------------------------------
-
-
-def test_at_sharp_corners_both_segments_tell() -> None:
-    spike = ShapeGrid.of_lines([np.array([[0.0, 0.0], [10.0, 0.1], [0.0, 0.2]])])
-    # The left of it is the inside of the spike; round its tip is the right.
-    points = np.array([[12.0, 3.0], [12.0, -3.0], [5.0, 0.1], [5.0, 1.0], [5.0, -1.0]])
-    np.testing.assert_array_equal(spike.beyond(points) > 0.0, [True, True, False, True, True])
 
 
 @pytest.mark.parametrize("reach", [5.0, 500.0])
