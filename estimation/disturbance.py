@@ -279,7 +279,6 @@ def _estimate(
     motion: Motion | None = None,
     held_since: float | None = None,
 ) -> DisturbanceEstimate:
-    """These, read-only from here on."""
     mean.setflags(write=False)
     covariance.setflags(write=False)
     return DisturbanceEstimate(mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since)

@@ -79,12 +79,6 @@ class Contacts:
         at: Complex = self.values[..., AT_X] + 1j * self.values[..., AT_Y]
         return at
 
-    @property
-    def turning(self) -> Array:
-        """How the distances (n, p, s) grow as the body turns to the left [m/rad], the last term of (S2)."""
-        values = self.values
-        return values[..., AT_X] * values[..., ACROSS] - values[..., AT_Y] * values[..., ALONG]
-
 
 def contacts(
     body: Body,
@@ -218,7 +212,6 @@ def _boxes(body: Array, pieces: Index) -> Array:
 
 @inner
 def _left_of(segment: Array) -> tuple[float, float, float]:
-    """Length and left normal of a segment."""
     dx, dy = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
     length = hypot(dx, dy)
     if length == 0.0:

@@ -161,9 +161,7 @@ class Corridor(Admitted, error=CorridorError):
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
 
-        When something is crossed: minus the deepest penetration.
-
-        Exact and slow. Raises as `half_planes`.
+        When something is crossed: minus the deepest penetration. Exact and slow. Raises as `contacts`.
         """
         return bodies_against.clearance(*self._measured(part), bodies)
 
@@ -177,7 +175,7 @@ class Corridor(Admitted, error=CorridorError):
             bodies: (n, m, 2) [m].
             margin: coming as near as this counts as touching [m].
 
-        Raises as `half_planes`, or for a negative margin.
+        Raises as `contacts`, or for a negative margin.
         """
         return bodies_against.collides(*self._measured(part), bodies, margin)
 
@@ -298,7 +296,6 @@ class Corridor(Admitted, error=CorridorError):
 def _walls(
     index: int, part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]
 ) -> PartWalls:
-    """Boundaries of one part at offsets."""
     sections = sections_of(part, left, right, narrowings)
     left_lines = trimmed(part, sections, sections.left)
     right_lines = trimmed(part, sections, sections.right)

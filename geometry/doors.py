@@ -191,7 +191,6 @@ def _turns_of_fields(cls: Any) -> tuple[tuple[str, Turn], ...]:
 
 
 def _turn_to(hint: Any) -> Turn:
-    """What turns a value into what an annotation says."""
     origin, parts = get_origin(hint), get_args(hint)
     if hint in _SIMPLE:
         return _SIMPLE[hint]

@@ -110,7 +110,6 @@ def grid_map(
 
 
 def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
-    """Which cells (rows, columns) of an array are solid."""
     try:
         given = np.asarray(array)
     except (TypeError, ValueError) as error:

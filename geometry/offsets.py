@@ -81,11 +81,9 @@ class _Raw:
     folded: Mask
 
     def points(self, start: int, stop: int) -> Complex:
-        """Those from one to before another, x + iy [m]."""
         return _points(self.part, self.theta[start:stop], self.offset[start:stop])
 
     def point(self, i: int) -> complex:
-        """One of them [m]."""
         return complex(self.points(i, i + 1)[0])
 
 

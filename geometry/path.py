@@ -112,9 +112,7 @@ class ReferencePath(Admitted, error=PathError):
         """
         rows = _pose_rows(poses)
         rows, intervals = interpolation.pose_intervals(rows, _direction_rows(directions, len(rows)))
-        pieces = interpolation.biarcs(rows, intervals)
-        start = Pose2(*rows[0])
-        return cls._from_pieces(start, pieces.directions, pieces.curvatures, pieces.lengths)
+        return cls._from_pieces(Pose2(*rows[0]), *interpolation.biarcs(rows, intervals))
 
     @classmethod
     @door(PathError)
@@ -202,7 +200,6 @@ def _check_direction(where: str, direction: float) -> None:
 
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
-    """Values as (n, width) finite numbers, n >= 2."""
     rows = np.array(values, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != width:
         raise PathError(f"{name} has shape {rows.shape}, it must be (n, {width}).")
@@ -217,13 +214,12 @@ def _rows(values: ArrayLike, width: int, name: str) -> Array:
 
 def _pose_rows(poses: Sequence[Pose2] | ArrayLike) -> Array:
     if isinstance(poses, Sequence) and all(isinstance(pose, Pose2) for pose in poses):
-        values = [(pose.x, pose.y, pose.phi) for pose in poses if isinstance(pose, Pose2)]
-        return _rows(np.array(values).reshape(-1, 3), 3, "poses")
+        values = [(each.x, each.y, each.phi) for each in poses if isinstance(each, Pose2)]
+        poses = np.array(values).reshape(-1, 3)
     return _rows(poses, 3, "poses")  # type: ignore[arg-type]
 
 
 def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: int) -> NDArray[np.int64]:
-    """Directions as integers of length n (rows) or n - 1 (intervals)."""
     values = np.asarray(directions)
     if values.ndim == 0:
         values = np.full(n - 1, values)

@@ -199,7 +199,6 @@ def _solved(word: int, r: float, theta: float, phi: float) -> tuple[float, float
 
 @inner
 def _pieces(word: int, t: float, u: float, v: float) -> tuple[float, float, float, float, float]:
-    """All lengths of a word."""
     if word in (_LSL, _LSR, _LRL):
         return t, u, v, 0.0, 0.0
     if word == _LRLR_OPPOSED:

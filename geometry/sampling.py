@@ -64,7 +64,6 @@ def thin_out(line: Complex) -> Complex:
 
 
 def _distinct(line: Complex) -> Complex:
-    """Drop points that repeat the one before."""
     blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
     kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
     return line if kept.all() else line[kept]

@@ -86,7 +86,6 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
 
 
 def _leaves(annotation: Any) -> Iterator[Any]:
-    """The types that an annotation is made of."""
     inner = [each for each in get_args(annotation) if isinstance(each, type) or get_args(each)]
     if not inner:
         yield annotation
@@ -146,7 +145,6 @@ def _group(cls: type[BaseModel], name: str) -> type[BaseModel] | None:
 
 
 def _elsewhere(name: str, cls: type[BaseModel]) -> str:
-    """Which group of the settings has a setting of this name."""
     for group, inner in _groups(cls):
         if name in inner.model_fields:
             return f"; did you mean '{group}.{name}'?"

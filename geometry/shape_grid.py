@@ -248,7 +248,6 @@ def _box(rings: Sequence[Array]) -> tuple[Array, Array]:
 
 @kernel
 def _bound(corners: Array2, starts: Index1, circles: Out2) -> None:
-    """Circles (x, y, radius) around the boxes of shapes."""
     for i in range(len(circles)):
         first, stop = starts[i], starts[i + 1]
         low_x, high_x = corners[first, 0], corners[first, 0]

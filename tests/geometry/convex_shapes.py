@@ -60,7 +60,7 @@ def check_slopes(contacts: Callable[[Array], Contacts], asked: Array) -> None:
     """Equation (S2) by differences, but where two pairs of features or two sides are about equally near."""
     found, step = contacts(asked), 1e-6
     normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
-    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
+    gradient = np.stack((normal.real, normal.imag, (found.at.conj() * found.normal).imag), axis=-1)
     slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
     with np.errstate(invalid="ignore"):
         for i in range(3):

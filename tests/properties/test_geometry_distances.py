@@ -158,7 +158,7 @@ def test_half_planes_beside_a_body_have_normals_of_length_1_and_turn_no_faster_t
         found = corridor.contacts(0, body, np.array([(x, 0.0, phi)]), within=2.0, outward=0.02)
         near = np.isfinite(found.apart)
         assert np.abs(found.normal[near]) == pytest.approx(np.ones(near.sum()), abs=1e-5)
-        assert (np.abs(found.turning[near]) <= reach + 1e-6).all()
+        assert (np.abs((found.at.conj() * found.normal).imag[near]) <= reach + 1e-6).all()
 
 
 # -- boundaries along a path ---------------------------------------------------------------------------------
