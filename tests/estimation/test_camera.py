@@ -83,16 +83,6 @@ def test_bad_values_are_refused(kind: Any, values: dict[str, Any], message: str)
         kind(**values)
 
 
-@pytest.mark.parametrize("family", ["4X4", "5X5", "6X6", "7X7"])
-def test_dictionaries_of_a_family_begin_with_the_same_markers(family: str) -> None:
-    aruco: Any = cv2.aruco
-    names = [f"DICT_{family}_{size}" for size in (50, 100, 250, 1000)]
-    lists = [aruco.getPredefinedDictionary(getattr(aruco, name)).bytesList for name in names]
-    for name, markers in zip(names, lists, strict=True):
-        assert CharucoBoard(dictionary=name).dictionary_size == len(markers)
-        assert (markers == lists[-1][: len(markers)]).all()
-
-
 @pytest.mark.parametrize(
     ("other", "shared"),
     [

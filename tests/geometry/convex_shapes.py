@@ -11,6 +11,12 @@ import shapely
 from geometry.arrays import Array
 from geometry.contacts import Contacts
 from geometry.convex import WITNESS, distance_between
+from geometry.shape_grid import Body
+
+FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
+REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
+CAR = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
+BODY = Body.of(REAR, FRONT)
 
 
 def counter_clockwise(points: Array) -> Array:

@@ -70,25 +70,6 @@ def test_distances_are_those_of_shapely(seed: int) -> None:
             assert (value < -1e-9) == (shapely.area(shapely.intersection(car, whole)) > 1e-6)
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_its_convex_shapes_are_made_of_the_corners_given_and_cover_what_is_solid(seed: int) -> None:
-    boundary, obstacles = drawn(seed)
-    grid = Area(boundary=boundary, obstacles=obstacles).grid
-    shapes = [
-        shapely.Polygon(grid.corners[i:j]) for i, j in zip(grid.starts[:-1], grid.starts[1:], strict=True)
-    ]
-    covered, known = shapely.union_all(shapes), solid(boundary, obstacles)
-    window = shapely.box(-100.0, -100.0, 100.0, 100.0)
-    assert covered.intersection(window).symmetric_difference(known.intersection(window)).area < 1e-8
-    assert all(shape.exterior.is_ccw and shape.convex_hull.area < shape.area + 1e-9 for shape in shapes)
-    # Nothing that is computed, but the corners of the bounding box and of the frame around it.
-    given = [ring.ravel() for ring in (*obstacles, *([] if boundary is None else [boundary]))]
-    numbers = np.concatenate([[0.0], *given])
-    if boundary is not None:
-        numbers = np.concatenate([numbers, boundary.min(axis=0) - 100.0, boundary.max(axis=0) + 100.0])
-    assert np.abs(grid.corners.ravel()[:, None] - numbers).min(axis=1, initial=inf).max(initial=0.0) < 1e-12
-
-
 def test_without_anything_solid_nothing_is_near() -> None:
     area = Area()
     assert area.boundary is None

@@ -10,12 +10,8 @@ import shapely
 
 from geometry import Corridor, InputError, Narrowing, Pose2, ReferencePath
 from geometry.arrays import Array
-from geometry.shape_grid import Body
-from tests.geometry.convex_shapes import between, check_slopes, placed
+from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, placed
 
-FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
-REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
-BODY = Body.of(REAR, FRONT)
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 BLOCKS = [
     [(12.0, 1.0), (14.0, 1.0), (14.0, 2.0), (12.0, 2.0)],

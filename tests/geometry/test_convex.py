@@ -55,14 +55,6 @@ def test_the_distance_is_that_of_another_library() -> None:
     assert 0.2 < np.mean(np.array(values) < 0.0) < 0.8
 
 
-def test_it_is_symmetric() -> None:
-    for a, b in pairs(500, seed=2):
-        one, other = between(a, b), between(b, a)
-        assert one[VALUE] == pytest.approx(other[VALUE], abs=1e-12)
-        if one[VALUE] > 1e-9:
-            np.testing.assert_allclose(one[NORMAL], -other[NORMAL], atol=1e-6)
-
-
 def test_the_gradient_is_the_slope_of_the_distance() -> None:
     """Equation (S2), but where two pairs of features are about equally near, or the features change."""
     random, step, checked = np.random.default_rng(4), 1e-6, 0

@@ -11,13 +11,8 @@ import shapely
 
 from geometry import Area, Corridor, CorridorError
 from geometry.arrays import Array
-from geometry.shape_grid import Body
-from tests.geometry.convex_shapes import placed
+from tests.geometry.convex_shapes import BODY, CAR, placed
 
-REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
-FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
-CAR = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
-BODY = Body.of(REAR, FRONT)
 YARD = [(0.0, 0.0), (30.0, 0.0), (30.0, 12.0), (18.0, 12.0), (18.0, 20.0), (0.0, 20.0)]
 BLOCKS = [
     [(6.0, 3.0), (9.0, 3.0), (9.0, 5.0), (6.0, 5.0)],

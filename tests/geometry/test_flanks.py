@@ -12,12 +12,9 @@ from geometry.arrays import Array
 from geometry.contacts import ACROSS, AT_Y, Contacts
 from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
-from tests.geometry.convex_shapes import between, check_slopes, drawn, placed
+from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, drawn, placed
 
-FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
-REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
 PIECES = (REAR, FRONT)
-BODY = Body.of(*PIECES)
 WITHIN = 5.0
 OPPOSITE = [RIGHT, LEFT, END_RIGHT, END_LEFT]
 

@@ -34,14 +34,6 @@ def test_heading_chooses_the_lane() -> None:
     assert part.project(8.0, 1.9, heading=0.3 - 4.0 * pi) == pytest.approx(8.0)
 
 
-def test_long_route_of_many_pieces() -> None:
-    segments = [(1, 0.1 if i % 2 else -0.1, 0.1) for i in range(20000)]
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments).parts[0]
-    pose = part.pose(1234.5).compose(Pose2(0.0, 0.7, 0.0))
-    assert part.project(pose.x, pose.y, near=1233.6) == pytest.approx(1234.5, abs=1e-6)
-    assert part.project(pose.x, pose.y) == pytest.approx(1234.5, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("name", "values"),
     [

@@ -167,12 +167,3 @@ def test_the_least_cost_is_that_of_the_cheapest_word(back: float, cusp: float) -
         wanted = min(cost_of(radius * each, back, cusp) for each in lengths)
         x, y, phi = radius * pose[0], radius * pose[1], pose[2]
         assert least_cost(x, y, phi, radius, back, cusp) == pytest.approx(wanted, rel=1e-9, abs=1e-8)
-
-
-@pytest.mark.parametrize("off", [0.0, 1e-15, -1e-15, 1e-14, -1e-14])
-def test_no_piece_is_there_by_rounding_alone(off: float) -> None:
-    random = np.random.default_rng(21)
-    touching = [driven((first, 1.0), (last, -1.0)) for first, last in random.uniform(-3.0, 3.0, (200, 2))]
-    for x, y, phi in [*GRID, *touching]:
-        lengths, _ = words_to((x + off, y - off, phi + off))
-        assert not ((lengths != 0.0) & (np.abs(lengths) < 1e-6)).any()

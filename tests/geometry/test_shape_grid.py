@@ -60,16 +60,6 @@ def test_lines_are_their_segments() -> None:
         assert value == pytest.approx(apart, abs=1e-9) if apart > 0.0 else value <= 0.0
 
 
-def test_shapes_that_are_all_at_one_place_or_on_one_line_make_a_grid() -> None:
-    points = [np.array([[5.0, 0.0]])] * 3
-    assert ShapeGrid.of_shapes(points, [0, 0, 0], 1).signed_distances(BODY, np.zeros((1, 3))) == 5.0 - 3.7
-    row = [np.array([[x, 0.0], [x + 1.0, 0.0]]) for x in np.arange(10.0, 1000.0)]
-    found = ShapeGrid.of_shapes(row, np.zeros(len(row)), 1).signed_distances(
-        BODY, np.array([[500.0, 2.5, 0.0]])
-    )
-    assert found == pytest.approx(1.5)
-
-
 @pytest.mark.parametrize("asked", [np.zeros(3), np.zeros((2, 2)), np.array([[0.0, np.nan, 0.0]])])
 def test_bad_poses_are_refused(asked: Array) -> None:
     with pytest.raises(InputError, match="poses"):
