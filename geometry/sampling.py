@@ -10,7 +10,7 @@ from geometry.arrays import Array, Complex, Index
 from geometry.errors import InputError
 
 SPACING = 0.05  # [m] at most, between samples
-_BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
+_BLOCK = 10_000  # points at a time
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 _CROWDED = 4  # points of a line in each SPACING, above which it is thinned
 _THINNED = 1e-5  # [m] no point that is left out is farther from the line than this
@@ -57,16 +57,13 @@ def thin_out(line: Complex) -> Complex:
     Every sample is looked at again and again: what is drawn or scanned a point a millimetre is not seen
     better for it.
     """
-    line = _distinct(line)
+    # In blocks: what a route of many kilometres takes meanwhile stays small.
+    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
+    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
+    line = line if kept.all() else line[kept]
     if line.size < _CROWDED or line.size <= _CROWDED * np.abs(np.diff(line)).sum() / SPACING:
         return line
     return as_complex(shapely.get_coordinates(shapely.LineString(as_pairs(line)).simplify(_THINNED)))
-
-
-def _distinct(line: Complex) -> Complex:
-    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
-    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
-    return line if kept.all() else line[kept]
 
 
 def as_complex(points: Array) -> Complex:

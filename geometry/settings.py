@@ -37,7 +37,8 @@ class Settings(BaseModel):
         try:
             super().__init__(**_spelt_out(type(self), values))
         except ValidationError as error:
-            raise ConfigError(_explain(type(self), error)) from None
+            problems = (_problem(type(self), item) for item in error.errors())
+            raise ConfigError("; ".join(problems)) from None
 
     def changed(self, **changes: Any) -> Self:
         """Return a checked copy with some settings changed. A dict changes some settings of a group:
@@ -111,16 +112,14 @@ def _spelt_out(cls: type[BaseModel], values: Mapping[str, Any]) -> dict[str, Any
     return found
 
 
-def _explain(cls: type[BaseModel], error: ValidationError) -> str:
-    return "; ".join(_problem(cls, item) for item in error.errors())
-
-
 def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
     field = ".".join([cls.__name__, *(str(part) for part in item["loc"])])
     owner, names = _owner(cls, item["loc"])
     if item["type"] == "extra_forbidden":
         name = str(item["loc"][-1])
-        return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
+        groups = [group for group, inner in _groups(cls) if name in inner.model_fields]
+        hint = f"; did you mean '{groups[0]}.{name}'?" if groups else did_you_mean(name, owner.model_fields)
+        return f"{field} is not a setting{hint}"
     unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""
     shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"
     said = item["msg"].removeprefix("Value error, ")
@@ -142,13 +141,6 @@ def _group(cls: type[BaseModel], name: str) -> type[BaseModel] | None:
     field = cls.model_fields.get(name)
     kind = None if field is None else field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
-
-
-def _elsewhere(name: str, cls: type[BaseModel]) -> str:
-    for group, inner in _groups(cls):
-        if name in inner.model_fields:
-            return f"; did you mean '{group}.{name}'?"
-    return ""
 
 
 def _groups(cls: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[BaseModel]]]:

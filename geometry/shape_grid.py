@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, inf, isfinite, sin
+from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -210,18 +210,9 @@ def checked_poses(poses: Array) -> Array:
     poses = np.ascontiguousarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3:
         raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-    if not _all_finite(poses):
+    if not np.isfinite(poses).all():
         raise InputError("poses must be finite numbers.")
     return poses
-
-
-@kernel
-def _all_finite(poses: Array2) -> bool:
-    for n in range(len(poses)):
-        for j in range(3):
-            if not isfinite(poses[n, j]):
-                return False
-    return True
 
 
 def _read_only(value: Any) -> Any:
