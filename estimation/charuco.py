@@ -145,8 +145,6 @@ class CharucoGoalDetector:
         self._write(canvas, lines)
         return canvas
 
-    # -- from picture to pose -----------------------------------------------------------------------
-
     def _reading(self) -> Any:
         """How markers are read. Far away a bit is 2 px wide, and blur reaches into it from its neighbours.
 
@@ -215,8 +213,6 @@ class CharucoGoalDetector:
         phi = atan2(normal[1], normal[0]) - board.yaw
         at = camera.rotation @ middle + camera.position - turn(phi) @ board.middle
         return np.array([at[0], at[1], phi])
-
-    # -- drawing ------------------------------------------------------------------------------------
 
     def _draw_axes(self, canvas: Image, measurement: GoalMeasurement) -> None:
         """Right, down and normal of the board from its middle, two squares long, by the measured pose."""

@@ -182,9 +182,6 @@ def _corners(rectangles: Index, resolution: float, origin: Origin) -> Array:
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
 
 
-# -- the YAML file -------------------------------------------------------------------------------------------
-
-
 def _read_yaml(file: files.File) -> dict[str, Any]:
     try:
         found = files.from_yaml(files.content(file, files.YAML))
@@ -259,9 +256,6 @@ _ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
     "resolution": (_number(_FINEST, _COARSEST), f"a number from {_FINEST:g} to {_COARSEST:g}"),
     "origin": (_origin, f"[x, y, yaw], numbers of at most {FARTHEST:g}"),
 }
-
-
-# -- the picture ---------------------------------------------------------------------------------------------
 
 
 def _read_picture(file: Path) -> tuple[NDArray[Any], int, Mask | None]:

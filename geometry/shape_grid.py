@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 
@@ -51,7 +52,7 @@ class SolidShapes(NamedTuple):
     largest: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Body:
     """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
 
@@ -70,7 +71,10 @@ class Body:
         """So many pieces it has."""
         return len(self.starts) - 1
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "shape"}
+
+    @cached_property
     def shape(self) -> BodyShape:
         """The same as kernels take it."""
         return BodyShape(*map(_read_only, (self.corners, self.starts, self.middle, self.half)))
@@ -89,7 +93,7 @@ class Body:
         return cls(corners=corners, starts=starts, middle=0.5 * (low + high), half=0.5 * (high - low))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ShapeGrid:
     """Convex shapes, each of one of several owners.
 
@@ -173,7 +177,10 @@ class ShapeGrid:
         owner = np.pad(self.owner, (0, len(more)))
         return ShapeGrid._of(corners, starts, owner, self.owners)
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "solid"}
+
+    @cached_property
     def solid(self) -> SolidShapes:
         """The same as kernels take it."""
         return SolidShapes(*(_read_only(getattr(self, name)) for name in SolidShapes._fields))
@@ -216,7 +223,7 @@ def checked_poses(poses: Array) -> Array:
 
 
 def _read_only(value: Any) -> Any:
-    """A view of an array as kernels take it, also after it was pickled; a number itself."""
+    """A view of an array as kernels take it; a number itself. A pickled array comes back writable."""
     if not isinstance(value, np.ndarray):
         return value
     view = value.view()

@@ -22,11 +22,6 @@ def test_a_rear_camera_by_hand() -> None:
     assert pixel == pytest.approx([REAR.cx + REAR.fx * 0.15, REAR.cy + REAR.fy * 0.1])
 
 
-def test_positive_pitch_looks_down() -> None:
-    down = Camera(x=0.0, y=0.0, z=1.0, yaw=0.0, pitch=0.1)
-    assert down.project([[np.cos(0.1), 0.0, 1.0 - np.sin(0.1)]])[0] == pytest.approx([down.cx, down.cy])
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_projection_is_opencvs(seed: int) -> None:
     random = np.random.default_rng(seed)

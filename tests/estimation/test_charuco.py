@@ -81,9 +81,6 @@ def test_covariance_is_honest_with_pictures_and_a_mounting_within_tolerance(
     assert 3.0 / 1.8 < np.mean(squares) < 3.0 * 1.5
 
 
-# -- a part of the board -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("vehicle", [Pose2(0.0, 1.05, 0.0), Pose2(0.0, -1.05, 0.0)], ids=str)
 def test_a_board_half_out_of_the_picture_is_enough(
     detector: CharucoGoalDetector, pictures: BoardCamera, vehicle: Pose2
@@ -104,9 +101,6 @@ def test_corners_on_one_line_are_not_enough() -> None:
     lower = whole.corners[whole.ids >= 8]
     picture[int(lower[:, 1].min()) + 3 :] = 90
     assert detector.detect(picture, stamp=0.0) is None
-
-
-# -- no board ------------------------------------------------------------------------------------------
 
 
 def garbage() -> dict[str, np.ndarray]:
@@ -141,9 +135,6 @@ def test_of_two_boards_in_view_each_detector_finds_its_own() -> None:
     gone = eye.expose(vehicle, Pose2(0.0, 60.0, 0.0))
     assert CharucoGoalDetector(CAMERA, BOARD).detect(gone, stamp=0.0) is None
     assert CharucoGoalDetector(CAMERA, other).detect(gone, stamp=0.0) is not None
-
-
-# -- what is seen, and what is missing -----------------------------------------------------------------
 
 
 def test_the_annotated_picture(detector: CharucoGoalDetector, pictures: BoardCamera) -> None:

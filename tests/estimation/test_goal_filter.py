@@ -39,9 +39,6 @@ def seeds(rate: float) -> range:
     return range(20 if rate < 5.0 else 5 if rate < 20.0 else 3)
 
 
-# -- acquisition ------------------------------------------------------------------------------------
-
-
 def test_the_goal_is_searched_for_until_two_detections_agree() -> None:
     goal_filter = GoalPoseFilter()
     assert goal_filter.estimate(0.0).status is GoalStatus.SEARCHING
@@ -72,9 +69,6 @@ def test_reset_forgets_everything() -> None:
     (_, (judgement, estimate)) = told(goal_filter, [seen(GOAL, -50.0), seen(GOAL, -49.9)])
     assert judgement.outcome is Outcome.ACQUIRED
     assert age(estimate) == 0.0
-
-
-# -- what is not the goal ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("moving", [False, pytest.param(True, marks=pytest.mark.acceptance)])

@@ -120,9 +120,6 @@ def test_the_errors_are_as_large_as_the_covariances_say(frame: Frame, moving: bo
     assert all(inside(step, 1.0 - 0.05 / (STEPS - 1)) for step in nis[:, 1:].T)
 
 
-# -- against least squares --------------------------------------------------------------------------
-
-
 def batch(run: list[tuple[float, Array, Array]], prior: Array | None) -> tuple[Array, Array]:
     """Weighted least squares: mean and covariance of the pose at the last stamp.
 
@@ -162,9 +159,6 @@ def test_without_drift_it_is_weighted_least_squares() -> None:
     assert covariance(estimate) == pytest.approx(spread, rel=1e-6, abs=1e-9)
 
 
-# -- a goal that moves ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("dropouts", [0.0, 0.6])
 def test_a_drifting_goal_is_tracked_with_its_velocity(dropouts: float) -> None:
     """0.1 m/s at 0.02 rad/s, through pi."""
@@ -179,9 +173,6 @@ def test_a_drifting_goal_is_tracked_with_its_velocity(dropouts: float) -> None:
                 assert off_by(estimate, goal)[1] < 0.06
             if stamp > 10.0:
                 assert estimate.velocity == pytest.approx(np.array([0.06, -0.08, 0.02]), abs=0.06)
-
-
-# -- symmetries -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("moving", [False, True])

@@ -22,8 +22,6 @@ from tests.estimation.detections import (
     tracking,
 )
 
-# -- detections that are refused --------------------------------------------------------------------
-
 GOOD: dict[str, Any] = {"stamp": 2.05, "x": GOAL.x, "y": GOAL.y, "phi": GOAL.phi}
 UNUSABLE: list[tuple[str, Any, str]] = [
     *((field, value, "not finite") for field in GOOD for value in (nan, inf, -inf)),
@@ -81,9 +79,6 @@ def test_extreme_but_finite_numbers_are_taken_in(std: float, far: float, moving:
     assert np.linalg.eigvalsh(covariance(estimate)).min() > 0.0
 
 
-# -- around ±pi -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("heading", [pi, -pi, 3.12, -3.12, 3.0 * pi])
 @pytest.mark.parametrize("moving", [False, True])
 def test_detections_on_both_sides_of_pi_give_one_continuous_heading(heading: float, moving: bool) -> None:
@@ -99,9 +94,6 @@ def test_detections_on_both_sides_of_pi_give_one_continuous_heading(heading: flo
             assert off_by(estimate, goal)[1] < 0.1
     assert np.abs(np.diff(headings)).max() < 0.1
     assert off_by(goal_filter.estimate(10.0), goal)[1] < 0.02
-
-
-# -- what is handed out -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("moving", [False, True])

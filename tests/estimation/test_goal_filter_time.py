@@ -23,8 +23,6 @@ from tests.estimation.detections import (
     tracking,
 )
 
-# -- staleness --------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(
     ("after", "status"),
@@ -82,9 +80,6 @@ def test_asking_changes_nothing() -> None:
     assert np.array_equal(numbers(asked.estimate(9.0)), numbers(asked.estimate(9.0)))
 
 
-# -- order of arrival -------------------------------------------------------------------------------
-
-
 def jumping(seed: int, dropouts: float) -> list[GoalMeasurement]:
     """8 s at 10 Hz with single outliers, a ghost for 0.4 s at 3 s, and a new place from 5 s on."""
     random = np.random.default_rng(seed)
@@ -117,9 +112,6 @@ def test_the_order_of_arrival_does_not_matter(moving: bool, dropouts: float) -> 
         one, other = in_order.estimate(9.0), mixed.estimate(9.0)
         assert one.status is other.status
         assert numbers(other) == pytest.approx(numbers(one), rel=1e-12, abs=1e-12)
-
-
-# -- the same again ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("back", [0.0, 0.5, 1.0])

@@ -94,28 +94,7 @@ def test_a_vehicle_beyond_all_bounds_is_refused(vehicle: Pose2, frame: Frame) ->
     assert reason.startswith("beyond 1e+06: Pose2")
 
 
-def test_a_covariance_that_turning_flattens_is_refused() -> None:
-    """1000 km along, 1 nm across: in double precision its turned matrix is singular."""
-    thin = np.diag([1e12, 1e-18, 1.0])
-    reason = in_world(GoalMeasurement(**SEEN, frame=Frame.VEHICLE, vehicle=VEHICLE, covariance=thin), CONFIG)
-    assert reason == "its covariance is not positive definite once turned into the world"
-
-
-@pytest.mark.parametrize(
-    "covariance",
-    [
-        np.eye(2),
-        np.ones(3),
-        5.0,
-        np.eye(6),
-        [],
-        "abc",
-        [[1.0, 2.0], [3.0]],
-        [["a"] * 3] * 3,
-        [[1j] * 3] * 3,
-        {},
-    ],
-)
+@pytest.mark.parametrize("covariance", [np.eye(2), 5.0, "abc", [[1.0, 2.0], [3.0]], [[1j] * 3] * 3])
 def test_a_covariance_that_is_not_three_by_three_numbers_raises(covariance: Any) -> None:
     with pytest.raises(InputError, match=r"covariance .*must be \(3, 3\)"):
         GoalMeasurement(**SEEN, covariance=covariance)

@@ -95,21 +95,6 @@ def test_noise_is_learnt_and_taken_out(seed: int) -> None:
     assert (np.abs(np.mean(watch.errors[300:], axis=0)) < 0.15 * NOISE).all()
 
 
-def test_at_rest_it_is_about_the_mean() -> None:
-    watch = Watch(start(v=0.0), NOISE)
-    for _ in range(100):
-        watch.step()
-    assert np.abs(watch.errors[-1][:2]).max() < 0.005
-    # From the second measurement on it counts them.
-    first = Watch(start(v=0.0), NOISE)
-    first.known = MeasurementNoise(variance=NOISE**2, pairs=100)
-    seen = [first.measured]
-    for _ in range(4):
-        first.step()
-        seen.append(first.measured)
-    assert first.state[:2] == pytest.approx(np.mean(seen, axis=0)[:2], abs=0.003)
-
-
 @pytest.mark.parametrize("turn", [0.7, pi, -2.5])
 def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     one, other = Watch(start()), Watch(start())

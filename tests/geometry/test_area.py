@@ -16,7 +16,6 @@ from tests.geometry.convex_shapes import placed
 
 CAR = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
 BODY = Body.of(CAR)
-YARD = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)]
 BEND = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (12.0, 10.0), (12.0, 4.0), (0.0, 4.0)]
 BLOCK = [(4.0, 2.0), (6.0, 2.0), (6.0, 4.0), (4.0, 4.0)]
 
@@ -52,9 +51,6 @@ def solid(boundary: Array | None, obstacles: list[Array]) -> shapely.Geometry:
     return shapely.union_all(shapes)
 
 
-# -- distances -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("seed", range(24))
 def test_distances_are_those_of_shapely(seed: int) -> None:
     boundary, obstacles = drawn(seed)
@@ -75,9 +71,6 @@ def test_without_anything_solid_nothing_is_near() -> None:
     assert area.boundary is None
     assert area.obstacles == area.polygons == ()
     assert (area.signed_distances(BODY, np.zeros((2, 3))) == inf).all()
-
-
-# -- what it is made of --------------------------------------------------------------------------------------
 
 
 def test_its_arrays_are_read_only_and_it_cannot_be_changed() -> None:
@@ -133,9 +126,6 @@ def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
     assert sum(shape.area for shape in shapes) == pytest.approx(whole.area)
 
 
-# -- what is refused -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -145,13 +135,10 @@ def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
             r"^boundary has 2 corner\(s\), a polygon needs at least 3\.$",
         ),
         ({"boundary": [(0, 0), (2, 2), (2, 0), (0, 2)]}, r"^boundary is not a simple polygon \(Self-inter.*"),
-        ({"boundary": [(0, 0), (1, 1), (2, 2)]}, r"^boundary is not a simple polygon .*"),
         ({"boundary": [(0, 0), (1, nan), (2, 2)]}, r"^boundary must be finite numbers\.$"),
         ({"boundary": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, r"^boundary has shape \(3, 3\), it must be"),
         ({"boundary": "yard"}, r"^boundary = 'yard': must be an array of numbers or None$"),
-        ({"boundary": []}, r"^boundary has shape \(0,\), it must be \(m, 2\)\.$"),
         ({"obstacles": [BLOCK, BLOCK, BLOCK, np.zeros((0, 2))]}, r"^obstacles\[3\] has no corner"),
-        ({"obstacles": [[(0, 0), (1, inf), (2, 2)]]}, r"^obstacles\[0\] must be finite numbers\.$"),
         ({"obstacles": BLOCK}, r"^obstacles\[0\] has shape \(2,\), it must be \(m, 2\)\.$"),
         ({"obstacles": 5}, r"^obstacles = 5: must be a sequence$"),
     ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,13 +20,6 @@ BLOCKS = [
 POST = [(13.0, 6.0), (13.5, 6.0), (13.5, 6.5), (13.0, 6.5)]
 CART = [(20.0, 2.0), (22.0, 2.5), (21.0, 4.0)]
 AREA = Area(boundary=YARD, obstacles=BLOCKS)
-MAP = """image: hall.pgm
-resolution: 0.5
-origin: [-3.1, 2.2, 0.3]
-negate: 0
-occupied_thresh: 0.65
-free_thresh: 0.2
-"""
 
 
 def poses(seed: int, count: int = 100) -> Array:
@@ -36,21 +28,15 @@ def poses(seed: int, count: int = 100) -> Array:
     return np.column_stack([places, random.uniform(-4.0, 4.0, count)])
 
 
-def hall(folder: Path) -> Area:
+def hall() -> Area:
     """Of a map, turned, with some cells that are occupied."""
-    cells = np.full((20, 30), 254, dtype=np.uint8)
-    cells[[0, -1]] = cells[:, [0, -1]] = 0
-    cells[5:9, 8:11] = cells[14, 20:25] = 0
-    (folder / "hall.pgm").write_bytes(b"P5\n30 20\n255\n" + cells.tobytes())
-    (folder / "hall.yaml").write_text(MAP)
-    return Area.from_map(folder / "hall.yaml")
+    cells = np.zeros((20, 30), dtype=np.bool_)
+    cells[5:9, 8:11] = cells[14, 20:25] = True
+    return Area.from_grid(cells, 0.5, (-3.1, 2.2, 0.3))
 
 
 def contacts(corridor: Corridor, asked: Array, part: int = 0) -> Array:
     return corridor.contacts(part, BODY, asked, within=3.0, outward=0.02).values
-
-
-# -- what it is ----------------------------------------------------------------------------------------------
 
 
 def test_it_has_no_boundaries_along_a_route() -> None:
@@ -59,9 +45,6 @@ def test_it_has_no_boundaries_along_a_route() -> None:
     assert corridor.narrowest() == corridor.narrowest(2) == (inf, 0.0)
     assert not corridor.cut_off(0, (5.0, 5.0), (25.0, 18.0))
     assert not corridor.beyond(0, np.array([[-9.0, -9.0], [7.0, 4.0]])).any()
-
-
-# -- distances -----------------------------------------------------------------------------------------------
 
 
 def test_distances_are_to_the_area_and_to_each_obstacle_told() -> None:
@@ -90,18 +73,12 @@ def test_clearance_and_collisions_count_the_area_too() -> None:
     assert corridor.collides(0, bodies, 0.5)[near].all()
 
 
-# -- contacts ------------------------------------------------------------------------------------------------
-
-
 def test_what_is_told_counts_like_what_belongs_to_the_area() -> None:
     asked = poses(7)
     told = contacts(Corridor.in_area(AREA).with_obstacles([POST, CART]), asked)
     known = contacts(Corridor.in_area(AREA.with_obstacles([POST, CART])), asked)
     np.testing.assert_allclose(told, known, atol=1e-9)
     assert (told[..., 0] < contacts(Corridor.in_area(AREA), asked)[..., 0]).any()
-
-
-# -- other obstacles, and the same again ---------------------------------------------------------------------
 
 
 def test_with_other_obstacles_the_area_stays() -> None:
@@ -118,14 +95,14 @@ def test_with_other_obstacles_the_area_stays() -> None:
 
 @pytest.mark.parametrize("away", [0.0, 1e9])
 @pytest.mark.parametrize("made", ["drawn", "no boundary", "bounded", "with more", "map"])
-def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: float, tmp_path: Path) -> None:
+def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: float) -> None:
     blocks = [np.array(each) + away for each in BLOCKS]
     areas = {
         "drawn": lambda: Area(boundary=np.array(YARD) + away, obstacles=blocks),
         "no boundary": lambda: Area(obstacles=blocks),
         "bounded": lambda: Area(obstacles=blocks).bounded([(away, away)], 15.0),
         "with more": lambda: Area(boundary=np.array(YARD) + away).with_obstacles(blocks),
-        "map": lambda: hall(tmp_path),
+        "map": lambda: hall(),
     }
     corridor = Corridor.in_area(areas[made]()).with_obstacles([np.array(POST) + away])
     again = Corridor.from_lines(corridor.to_lines())

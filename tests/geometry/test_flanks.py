@@ -71,9 +71,6 @@ def one_by_one(pose: Array, piece: Array, shapes: list[Array]) -> Array:
     return np.where(least < WITHIN, least, inf)
 
 
-# -- what is found -------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_each_piece_and_side_holds_the_nearest_shape_of_that_side(seed: int) -> None:
     shapes, asked = shapes_of(seed), poses(seed)
@@ -102,9 +99,6 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_shape() -> 
     assert compared > 200
 
 
-# -- rows on either side -------------------------------------------------------------------------------------
-
-
 def test_a_body_between_two_shapes_is_held_on_either_side() -> None:
     slot = [block(-5.0, 1.2, 8.0, 4.0), block(-5.0, -4.0, 8.0, -1.3)]
     found = flanks(np.zeros((1, 3)), slot)
@@ -124,14 +118,8 @@ def test_what_is_ahead_on_either_side_of_the_middle_counts_twice(beside: float) 
     assert found[END_RIGHT] == pytest.approx(np.hypot(1.0, max(beside, 0.0)))
 
 
-# -- what the rows are linearised with -----------------------------------------------------------------------
-
-
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
     check_slopes(lambda asked: flanks(asked, shapes_of(3)), poses(3, 200))
-
-
-# -- symmetries ----------------------------------------------------------------------------------------------
 
 
 def test_mirrored_it_is_the_same_on_the_other_side() -> None:

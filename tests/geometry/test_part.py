@@ -18,13 +18,6 @@ def test_segments_are_exact_arcs() -> None:
     np.testing.assert_allclose(at.slope, 0.25)
 
 
-def test_a_straight_is_the_limit_of_an_arc() -> None:
-    straight = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.7), [(-1, 0.0, 9.0)]).end
-    arc = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.7), [(-1, 1e-13, 9.0)]).end
-    assert (arc.x, arc.y, arc.phi) == pytest.approx((straight.x, straight.y, straight.phi), abs=1e-11)
-    assert (straight.x, straight.y) == pytest.approx((-9.0 * cos(0.7), -9.0 * sin(0.7)))
-
-
 def test_slope_is_the_derivative_of_the_heading(reversing: ReferencePath) -> None:
     part = reversing.parts[0]
     theta = np.linspace(0.01, 29.97, 300)

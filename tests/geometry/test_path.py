@@ -69,13 +69,6 @@ def test_biarcs_take_every_pose_and_join_smoothly() -> None:
     assert np.abs(inside.y - np.sin(inside.x)).max() < 2e-3 / 4**3
 
 
-def test_poses_and_pose2_on_any_branch_are_the_same() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 3.0), [(1, 0.2, 12.0)])
-    poses, _ = rows_of(path, 1.0)
-    wrapped = [Pose2(x, y, (phi + pi) % (2.0 * pi) - pi) for x, y, phi in poses]
-    assert_same(ReferencePath.from_poses(wrapped, 1), path, 1e-9)
-
-
 def directions_by(convention: str, intervals: list[int], poses: np.ndarray) -> tuple[np.ndarray, list[int]]:
     cusp = intervals.index(-1)
     match convention:

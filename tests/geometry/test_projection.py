@@ -7,22 +7,7 @@ import pytest
 
 from geometry import InputError, Pose2, ReferencePath
 
-LOOP = [(1, 0.0, 10.0), (1, 0.5, 4.0 * pi), (1, 0.0, 10.0)]  # a full circle of radius 2 m, then straight on
 HAIRPIN = [(1, 0.0, 20.0), (1, 0.5, 2.0 * pi), (1, 0.0, 20.0)]  # two lanes 4 m apart
-
-
-def test_progress_does_not_jump_where_the_path_crosses_itself() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), LOOP).parts[0]
-    theta, crossing = 0.0, 10.0
-    for true in np.arange(0.0, part.end, 0.25):
-        # Nearer to the other branch than to its own around the crossing.
-        pose = part.pose(float(true)).compose(Pose2(0.0, 0.15, 0.0))
-        theta = part.project(pose.x, pose.y, near=theta)
-        assert theta == pytest.approx(true, abs=0.2)
-    assert part.project(crossing, 0.01) in (
-        pytest.approx(10.0, abs=0.1),
-        pytest.approx(10.0 + 4.0 * pi, abs=0.1),
-    )
 
 
 def test_heading_chooses_the_lane() -> None:

@@ -12,7 +12,7 @@ from geometry import Corridor, InputError, Pose2, ReferencePath
 from geometry.arrays import Array, Index
 from geometry.shape_grid import Body, ShapeGrid
 from geometry.walls import BEHIND
-from tests.geometry.convex_shapes import as_geometry, drawn, exact, placed
+from tests.geometry.convex_shapes import drawn, exact, placed
 
 BOX = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
 BODY = Body.of(BOX)
@@ -48,25 +48,10 @@ def test_the_nearest_of_all_shapes_is_found(seed: int, within: float) -> None:
             assert value == (pytest.approx(known, abs=1e-9) if known < within else inf)
 
 
-def test_lines_are_their_segments() -> None:
-    random = np.random.default_rng(7)
-    lines = [np.cumsum(random.normal(size=(n, 2)), axis=0) for n in (1, 2, 30, 300)]
-    grid, asked = ShapeGrid.of_lines(lines), poses(7, 50)
-    whole = shapely.union_all(
-        [as_geometry(line) if len(line) < 3 else shapely.LineString(line) for line in lines]
-    )
-    for value, pose in zip(grid.signed_distances(BODY, asked)[:, 0], asked, strict=True):
-        apart = shapely.distance(shapely.Polygon(placed(BOX, pose)), whole)
-        assert value == pytest.approx(apart, abs=1e-9) if apart > 0.0 else value <= 0.0
-
-
 @pytest.mark.parametrize("asked", [np.zeros(3), np.zeros((2, 2)), np.array([[0.0, np.nan, 0.0]])])
 def test_bad_poses_are_refused(asked: Array) -> None:
     with pytest.raises(InputError, match="poses"):
         ShapeGrid.of_lines([BOX]).signed_distances(BODY, asked)
-
-
-# -- beyond a boundary ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("reach", [5.0, 500.0])
@@ -83,9 +68,6 @@ def test_in_a_closed_polygon_it_is_what_shapely_says(reach: float) -> None:
     np.testing.assert_allclose(beyond, np.where(inside, 0.0, apart), atol=1e-9)
     for within in (0.05, 2.0):
         np.testing.assert_array_equal(grid.beyond(points, within), np.where(beyond <= within, beyond, 0.0))
-
-
-# -- corridors -----------------------------------------------------------------------------------------------
 
 
 def test_behind_an_open_boundary_it_is_another_way() -> None:
