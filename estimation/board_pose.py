@@ -53,14 +53,14 @@ class BoardPose:
     Attributes:
         value: (3,) x, y [m], phi [rad] of the goal in the vehicle frame.
         covariance: (3, 3) of it, Eq. (B3) and (B4).
-        mounting: (3,) height [m], roll, pitch [rad] that fitted best.
+
         residuals: (n, 2) pixel seen minus pixel expected [px].
         cost: Eq. (B2).
     """
 
     value: Array
     covariance: Array
-    mounting: Array
+
     residuals: Array
     cost: float
 
@@ -131,7 +131,6 @@ def _minimum(camera: Camera, corners: Array, pixels: Array, start: Array, sigma:
     return BoardPose(
         value=unknown[:3],
         covariance=0.5 * (covariance + covariance.T),
-        mounting=unknown[3:],
         residuals=pixels - seen[0],
         cost=cost,
     )
@@ -154,13 +153,8 @@ def slopes_of_corners(camera: Camera, corners: Array, unknown: Array) -> tuple[A
         return None
     pixels = seen[:, :2] / depth[:, None] * (camera.fx, camera.fy) + (camera.cx, camera.cy)
     zero, one = np.zeros_like(depth), np.ones_like(depth)
-    before_tilt = [
-        (one, zero, zero),
-        (zero, one, zero),
-        (-turned[:, 1], turned[:, 0], zero),
-        (zero, zero, one),
-    ]
-    ways = [np.column_stack(way) @ to_camera.T for way in before_tilt]
+    moved = [(one, zero, zero), (zero, one, zero), (-turned[:, 1], turned[:, 0], zero), (zero, zero, one)]
+    ways = [np.column_stack(way) @ to_camera.T for way in moved]
     # -e_i x q, the way a point goes when the vehicle tilts
     ways += [
         np.column_stack([zero, at[:, 2], -at[:, 1]]) @ camera.rotation,

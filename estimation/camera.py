@@ -24,7 +24,7 @@ from pydantic import Field, model_validator
 
 from estimation.types import Array
 from geometry import InputError
-from geometry.doors import door, rows
+from geometry.doors import door, to_rows
 from geometry.settings import Positive, Settings
 
 Pixels = Annotated[int, Field(ge=16, le=20000)]
@@ -95,7 +95,7 @@ class Camera(Settings):
     @door()
     def seen(self, points: ArrayLike) -> Array:
         """(n, 3) points of the vehicle frame [m] in the camera frame [m], Eq. (K1)."""
-        return (rows(points, 3, "points") - self.position) @ self.rotation
+        return (to_rows(points, 3, "points") - self.position) @ self.rotation
 
     @door()
     def project(self, points: ArrayLike) -> Array:
@@ -183,7 +183,7 @@ class CharucoBoard(Settings):
     @door()
     def in_goal_frame(self, points: ArrayLike) -> Array:
         """(n, 3) in the goal frame of (n, 2) points of the board, right and down from its corner [m]."""
-        flat = rows(points, 2, "points") - 0.5 * np.array(self.size)
+        flat = to_rows(points, 2, "points") - 0.5 * np.array(self.size)
         placed: Array = flat @ self.axes[:, :2].T + self.middle
         return placed
 

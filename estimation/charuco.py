@@ -111,8 +111,8 @@ class CharucoGoalDetector:
                 camera's, or without a usable board, gives None.
         """
         found = self._find(image)
-        posed = None if found is None else self._posed(*found)
-        if posed is None:
+        posed = found and self._posed(*found)
+        if not posed:
             return None
         pose, corners, ids = posed
         x, y, phi = pose.value.tolist()
@@ -137,17 +137,13 @@ class CharucoGoalDetector:
         m = detection.measurement
         away = float(np.linalg.norm(self.camera.seen(self._on_board(m, np.zeros((1, 3))))))
         std, error = np.sqrt(np.diag(np.asarray(m.covariance))), detection.reprojection_error
-        self._write(
-            canvas,
-            [
-                f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
-                f"std: {1e3 * std[0]:.1f} mm, {1e3 * std[1]:.1f} mm, {np.degrees(std[2]):.2f} deg",
-                f"board {away:.2f} m away, {len(detection.ids)} corners, reprojection error {error:.2f} px",
-            ],
-        )
+        lines = [
+            f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
+            f"std: {1e3 * std[0]:.1f} mm, {1e3 * std[1]:.1f} mm, {np.degrees(std[2]):.2f} deg",
+            f"board {away:.2f} m away, {len(detection.ids)} corners, reprojection error {error:.2f} px",
+        ]
+        self._write(canvas, lines)
         return canvas
-
-    # -- from picture to pose -----------------------------------------------------------------------
 
     def _reading(self) -> Any:
         """How markers are read. Far away a bit is 2 px wide, and blur reaches into it from its neighbours.
@@ -165,7 +161,6 @@ class CharucoGoalDetector:
         return parameters
 
     def _find(self, image: Image) -> tuple[Array, Ids] | None:
-        """Corners (n, 2) [px] and their ids (n,), or None."""
         size = (self.camera.height, self.camera.width)
         if image.shape not in (size, (*size, 1), (*size, 3)) or image.dtype != np.uint8:
             return None
@@ -180,7 +175,6 @@ class CharucoGoalDetector:
         return np.asarray(corners, dtype=np.float64).reshape(-1, 2), np.asarray(ids, dtype=np.int32).ravel()
 
     def _spread(self, ids: Ids) -> bool:
-        """Whether there are enough corners and not all on one line."""
         if len(ids) < FEWEST_CORNERS:
             return False
         flat = self._flat[ids]
@@ -198,7 +192,7 @@ class CharucoGoalDetector:
         return (pose, corners, ids) if float(np.sqrt(np.mean(errors**2))) <= LARGEST_ERROR else None
 
     def _fit(self, corners: Array, ids: Ids) -> BoardPose | None:
-        """The goal's pose from the corners, or None."""
+
         cv2, matrix = self._cv2, self.camera.matrix
         flat = np.column_stack([self._flat[ids], np.zeros(len(ids))])
         try:
@@ -207,10 +201,8 @@ class CharucoGoalDetector:
             _, turns, ways, _ = cv2.solvePnPGeneric(flat, pixels, matrix, None, flags=cv2.SOLVEPNP_IPPE)
         except cv2.error:
             return None
-        starts = [
-            self._goal(np.asarray(cv2.Rodrigues(turned)[0]), way.ravel())
-            for turned, way in zip(turns, ways, strict=True)
-        ]
+        turned = [cv2.Rodrigues(each)[0] for each in turns]
+        starts = [self._goal(each, way.ravel()) for each, way in zip(turned, ways, strict=True)]
         return fit_board(self.camera, self._corners[ids], pixels, [s for s in starts if np.isfinite(s).all()])
 
     def _goal(self, turned: Array, way: Array) -> Array:
@@ -222,14 +214,11 @@ class CharucoGoalDetector:
         at = camera.rotation @ middle + camera.position - turn(phi) @ board.middle
         return np.array([at[0], at[1], phi])
 
-    # -- drawing ------------------------------------------------------------------------------------
-
     def _draw_axes(self, canvas: Image, measurement: GoalMeasurement) -> None:
         """Right, down and normal of the board from its middle, two squares long, by the measured pose."""
         length = 2.0 * self.board.square
-        points = self._on_board(
-            measurement, np.vstack([np.zeros(3), length * self.board.axes.T * [[1.0], [1.0], [-1.0]]])
-        )
+        axes = length * self.board.axes.T * [[1.0], [1.0], [-1.0]]
+        points = self._on_board(measurement, np.vstack([np.zeros(3), axes]))
         if self.camera.seen(points)[:, 2].min() <= 0.0:
             return
         middle, *tips = np.rint(self.camera.project(points)).astype(int).tolist()
@@ -246,13 +235,5 @@ class CharucoGoalDetector:
         for row, line in enumerate(lines):
             at = (20, 40 + 34 * row)
             for colour, thickness in ((0, 0, 0), 5), ((255, 255, 255), 2):
-                self._cv2.putText(
-                    canvas,
-                    line,
-                    at,
-                    self._cv2.FONT_HERSHEY_SIMPLEX,
-                    0.9,
-                    colour,
-                    thickness,
-                    self._cv2.LINE_AA,
-                )
+                style = self._cv2.FONT_HERSHEY_SIMPLEX, 0.9, colour, thickness, self._cv2.LINE_AA
+                self._cv2.putText(canvas, line, at, *style)

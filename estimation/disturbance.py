@@ -63,7 +63,7 @@ _FIRST_STDS = (0.2, 0.1, 0.03, 0.03)
 """Standard deviations of d [m/s²], g, o [rad], c before the first measurement: 2 % of slope, 10 % of the
 drive, 1.7 deg, 3 % of the curvature. A larger slope is found after some tenths of a second all the same; the
 more, the more the first cycles of a noisy speed make of it."""
-_MOST_ACCELERATION, _MOST_DRIVE_SHARE, _MOST_STEERING, _MOST_TURN_SHARE = 3.0, 0.3, 0.1, 0.2
+_MOST = (3.0, 0.3, 0.1, 0.2)
 """Largest |d| [m/s²] (a slope of 30 %), |g|, |o| [rad] (6 deg) and |c|."""
 _HELD_TIME = 1.0
 """So long a vehicle may stand although it is commanded to drive off before that counts as a slope [s]: as a
@@ -162,17 +162,14 @@ def updated(
         return _seated(estimate, motion, now, config)
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     steering = 0.5 * (last.delta + motion.delta)
-    walks = _ACCELERATION_WALK, _SPEED_WALK, _HEADING_WALK, _STEERING_WALK
-    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, *_FIRST_STDS)
+    _predict(mean, covariance, steering, seconds, acceleration, wheelbase)
     held = _is_held(mean, motion, acceleration)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
     if since is not None and now - since < _HELD_TIME:
         # With the speed as it is measured, whatever the offsets would make of it.
         _measured(mean, covariance, V, motion.v, config.speed_std)
-    _correct(
-        mean, covariance, motion.v, lift(motion.phi, float(mean[PHI])), config.speed_std, config.heading_std,
-        _MOST_ACCELERATION, _MOST_DRIVE_SHARE, _MOST_STEERING, _MOST_TURN_SHARE,
-    )  # fmt: skip
+    phi = lift(motion.phi, float(mean[PHI]))
+    _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
     return _estimate(mean, covariance, now, motion, since)
 
 
@@ -195,22 +192,9 @@ def _measured(mean: Array, covariance: Array, quantity: int, value: float, std: 
 
 @kernel
 def _predict(
-    mean: Out1,
-    covariance: Out2,
-    steering: float,
-    seconds: float,
-    acceleration: float,
-    wheelbase: float,
-    acceleration_walk: float,
-    speed_walk: float,
-    heading_walk: float,
-    steering_walk: float,
-    most_d: float,
-    most_g: float,
-    most_o: float,
-    most_c: float,
+    mean: Out1, covariance: Out2, steering: float, seconds: float, acceleration: float, wheelbase: float
 ) -> None:
-    """(O1) to (O3), F P F' + Q; of no offset is less known than in the beginning, the `most` (stds)."""
+    """(O1) to (O3), F P F' + Q; of no offset is less known than in the beginning."""
     gained = seconds * (acceleration * (1.0 + mean[G]) + mean[D])
     distance = seconds * (mean[V] + 0.5 * gained) / wheelbase
     angle = min(max(steering + mean[O], -STEEPEST), STEEPEST)
@@ -229,14 +213,14 @@ def _predict(
             covariance[i, j] = 0.0
             for k in range(STATES):
                 covariance[i, j] += half[i, k] * carried[j, k]
-    d = acceleration_walk**2
-    covariance[V, V] += d * seconds**3 / 3.0 + speed_walk**2 * seconds
+    d = _ACCELERATION_WALK**2
+    covariance[V, V] += d * seconds**3 / 3.0 + _SPEED_WALK**2 * seconds
     covariance[V, D] += d * seconds**2 / 2.0
     covariance[D, V] += d * seconds**2 / 2.0
     covariance[D, D] += d * seconds
-    covariance[PHI, PHI] += heading_walk**2 * seconds
-    covariance[O, O] += steering_walk**2 * seconds
-    for i, most in ((D, most_d), (G, most_g), (O, most_o), (C, most_c)):
+    covariance[PHI, PHI] += _HEADING_WALK**2 * seconds
+    covariance[O, O] += _STEERING_WALK**2 * seconds
+    for i, most in ((D, _FIRST_STDS[0]), (G, _FIRST_STDS[1]), (O, _FIRST_STDS[2]), (C, _FIRST_STDS[3])):
         if covariance[i, i] > most**2:
             share = most / sqrt(covariance[i, i])
             for j in range(STATES):
@@ -255,7 +239,7 @@ def _is_braked(
     """Whether neither commands, slope nor noise explain that the speed went from `before` to `v` [m/s]."""
     explained = seconds * (acceleration * estimate.gain + estimate.acceleration)
     noise = NOISE * sqrt(2.0) * config.speed_std
-    return abs(v - before - explained) > seconds * _MOST_ACCELERATION + noise
+    return abs(v - before - explained) > seconds * _MOST[0] + noise
 
 
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
@@ -267,16 +251,7 @@ def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
 
 @kernel
 def _correct(
-    mean: Out1,
-    covariance: Out2,
-    v: float,
-    phi: float,
-    speed_std: float,
-    heading_std: float,
-    most_d: float,
-    most_g: float,
-    most_o: float,
-    most_c: float,
+    mean: Out1, covariance: Out2, v: float, phi: float, speed_std: float, heading_std: float
 ) -> None:
     """Kalman's update by v and phi, one after the other as their noises are independent."""
     gain, row = np.empty(STATES), np.empty(STATES)
@@ -290,7 +265,7 @@ def _correct(
         for j in range(STATES):
             for k in range(STATES):
                 covariance[j, k] -= gain[j] * row[k]
-    for i, most in ((D, most_d), (G, most_g), (O, most_o), (C, most_c)):
+    for i, most in ((D, _MOST[0]), (G, _MOST[1]), (O, _MOST[2]), (C, _MOST[3])):
         mean[i] = min(max(mean[i], -most), most)
     for j in range(STATES):
         for k in range(j):
@@ -304,7 +279,6 @@ def _estimate(
     motion: Motion | None = None,
     held_since: float | None = None,
 ) -> DisturbanceEstimate:
-    """These, read-only from here on."""
     mean.setflags(write=False)
     covariance.setflags(write=False)
     return DisturbanceEstimate(mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since)

@@ -56,7 +56,7 @@ _MOVED = 0.9999
 """Probability with which detections of a goal that has not moved do not count as contradicting."""
 _COAST_AFTER = 0.5  # time without an accepted detection until COASTING [s]
 _VELOCITY_DRIFT, _TURN_RATE_DRIFT = 0.02, 0.01  # of a moving goal [m/s/sqrt(s)], [rad/s/sqrt(s)]
-_VELOCITY_STD, _TURN_RATE_STD = 0.2, 0.05  # of a moving goal when it is first seen [m/s], [rad/s]
+_FIRST_RATES = np.square([0.2, 0.2, 0.05])  # variances when a moving goal is first seen, of [m/s], [rad/s]
 
 
 class GoalPoseFilter:
@@ -96,8 +96,7 @@ class GoalPoseFilter:
         if not is_time(now):
             return
         if self._now is not None and now < self._now - self.config.history:
-            back = self._now - now
-            self._origin = shifted(self._latest, -back)
+            self._origin = shifted(self._latest, now - self._now)
             self._past = []
             self._now = now
         if self._now is None:
@@ -118,37 +117,34 @@ class GoalPoseFilter:
         place = bisect_right(self._past, detection.stamp, key=_stamp)
         later = [step[0] for step in self._past[place:]]
         del self._past[place:]
-        judgement = self._append(detection)
-        for other in later:
-            self._append(other)
-        return judgement
+        judgements = []
+        for each in (detection, *later):
+            belief, judgement = self._judge(self._latest, each)
+            self._past.append((each, belief))
+            judgements.append(judgement)
+        return judgements[0]
 
     @door()
     def estimate(self, now: float) -> GoalEstimate:
         """What is known of the goal at `now` [s], in so far as it has been told."""
         belief, judged = self._latest, self._latest.judged
-        innovation = judged.innovation if judged else None
-        nis = judged.nis if judged else None
+        innovation, nis = (judged.innovation, judged.nis) if judged else (None, None)
         if belief.mean is None:
             return GoalEstimate(status=GoalStatus.SEARCHING, innovation=innovation, nis=nis)
         assert belief.seen_at is not None
         now = max(time for time in (now, belief.time, self._now) if time is not None and is_time(time))
         mean, covariance = self._predicted(belief, now)
-        covariance, velocity = covariance[:3, :3].copy(), mean[3:].copy() if self.config.moving else None
-        for array in (covariance, velocity):
-            if array is not None:
-                array.flags.writeable = False
+        covariance, velocity = covariance[:3, :3].copy(), mean[3:].copy()
+        covariance.flags.writeable = velocity.flags.writeable = False
         return GoalEstimate(
             status=self._status(now - belief.seen_at),
             pose=Pose2(float(mean[0]), float(mean[1]), float(mean[2])),
             covariance=covariance,
-            velocity=velocity,
+            velocity=velocity if self.config.moving else None,
             age=now - belief.seen_at,
             innovation=innovation,
             nis=nis,
         )
-
-    # -- time ---------------------------------------------------------------------------------------
 
     @property
     def _latest(self) -> Belief:
@@ -167,7 +163,6 @@ class GoalPoseFilter:
         return GoalStatus.COASTING if age > _COAST_AFTER else GoalStatus.TRACKING
 
     def _timing_problem(self, detection: Detection) -> str:
-        """Why a detection's stamp is not usable, or ""."""
         if self._now is not None and detection.stamp > self._now + CLOCK_SKEW:
             return f"stamp {detection.stamp:.3f} s is ahead of the clock, {self._now:.3f} s"
         if self._now is not None and detection.stamp < self._now - self.config.history:
@@ -177,13 +172,6 @@ class GoalPoseFilter:
         if any(detection.same(known) for known, _ in self._past):
             return "told already"
         return ""
-
-    # -- detections ---------------------------------------------------------------------------------
-
-    def _append(self, detection: Detection) -> Judgement:
-        belief, judgement = self._judge(self._latest, detection)
-        self._past.append((detection, belief))
-        return judgement
 
     def _judge(self, belief: Belief, detection: Detection) -> tuple[Belief, Judgement]:
         """The belief after one more detection, and what became of that."""
@@ -203,7 +191,10 @@ class GoalPoseFilter:
         if judged.nis is not None and judged.nis <= self._gate:
             judged = replace(judged, outcome=Outcome.ACCEPTED)
             return replace(self._corrected(belief, detection), judged=judged), judged
-        judged = replace(judged, reason=self._rejection(judged, len(agreeing)))
+        reason = f"waits for others that agree with it ({len(agreeing)} of {self.config.confirmations})"
+        if judged.nis is not None:
+            reason = f"NIS {judged.nis:.1f} is above the gate, {self._gate:.1f}"
+        judged = replace(judged, reason=reason)
         return replace(belief, judged=judged), judged
 
     def _window(self, belief: Belief, stamp: float) -> Sequence[Recent]:
@@ -229,11 +220,6 @@ class GoalPoseFilter:
         far = contradiction(mean, covariance, [one.detection for one in agreeing]) > self._moved
         return agreeing if far else ()
 
-    def _rejection(self, judged: Judgement, agreeing: int) -> str:
-        if judged.nis is None:
-            return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
-        return f"NIS {judged.nis:.1f} is above the gate, {self._gate:.1f}"
-
     def _agreeing(self, belief: Belief, detection: Detection) -> list[Recent]:
         """Those of the recent detections that pass the gate of this one, itself the last of them.
 
@@ -243,7 +229,7 @@ class GoalPoseFilter:
         seconds = detection.stamp - np.array([[one.stamp] for one in recent])
         place, moved = detection.value, np.diagonal(self.config.drift(1.0)) * seconds
         if self.config.moving:
-            rates, variances = np.zeros(3), self._first_rates()
+            rates, variances = np.zeros(3), _FIRST_RATES
             if belief.mean is not None and belief.covariance is not None:
                 rates, variances = belief.mean[3:], np.diagonal(belief.covariance)[3:]
             place, moved = np.concatenate([place, rates]), moved + variances * seconds**2
@@ -262,20 +248,14 @@ class GoalPoseFilter:
             belief = self._corrected(belief, one.detection)
         return belief
 
-    # -- the Kalman filter --------------------------------------------------------------------------
-
     def _born(self, detection: Detection, known: Array | None) -> Belief:
         mean, covariance = detection.value.copy(), detection.covariance
         if known is not None:
             mean[2] = lift(float(mean[2]), float(known[2]))
         if self.config.moving:
             mean, none = np.concatenate([mean, np.zeros(3)]), np.zeros((3, 3))
-            covariance = np.block([[covariance, none], [none, np.diag(self._first_rates())]])
+            covariance = np.block([[covariance, none], [none, np.diag(_FIRST_RATES)]])
         return Belief(time=detection.stamp, mean=mean, covariance=covariance, seen_at=detection.stamp)
-
-    def _first_rates(self) -> Array:
-        """Variances (3,) of a goal's rates when it is first seen."""
-        return np.square([_VELOCITY_STD, _VELOCITY_STD, _TURN_RATE_STD])
 
     def _predicted(self, belief: Belief, time: float) -> tuple[Array, Array]:
         """Mean and covariance at `time` [s], which is not before the belief's."""
@@ -294,15 +274,10 @@ class GoalPoseFilter:
         if not config.moving:
             return pose
         rates = np.diag(np.square([_VELOCITY_DRIFT, _VELOCITY_DRIFT, _TURN_RATE_DRIFT]))
-        return np.block(
-            [
-                [pose + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
-                [rates * seconds**2 / 2.0, rates * seconds],
-            ]
-        )
+        both = rates * seconds**2 / 2.0
+        return np.block([[pose + rates * seconds**3 / 3.0, both], [both, rates * seconds]])
 
     def _corrected(self, belief: Belief, detection: Detection) -> Belief:
-        """After a detection that is taken in, at its own stamp."""
         assert belief.mean is not None
         kalman = self._kalman
         kalman.x, kalman.P = belief.mean[:, None], belief.covariance

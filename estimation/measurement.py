@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array
 from geometry import InputError, Pose2
-from geometry.doors import numbers
+from geometry.doors import to_floats
 from geometry.errors import shown
 
 FARTHEST = 1e6
@@ -72,7 +72,7 @@ class GoalMeasurement:
         if self.covariance is None:
             return
         try:
-            covariance = numbers(self.covariance).copy()
+            covariance = to_floats(self.covariance).copy()
         except TypeError:
             raise InputError(f"covariance = {shown(self.covariance)}: must be (3, 3) numbers") from None
         if covariance.shape != (3, 3):
@@ -112,14 +112,13 @@ def is_time(seconds: float) -> bool:
 
 def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detection | str:
     """What a measurement says about the goal in the world, Eq. (E1), (E2), or why it is not usable."""
-    m = measurement
+    m, v = measurement, measurement.vehicle
     if not all(map(isfinite, (m.stamp, m.x, m.y, m.phi))):
         return f"not finite: stamp {m.stamp}, x {m.x}, y {m.y}, phi {m.phi}"
     if not is_time(m.stamp):
         return f"stamp {m.stamp:g} s is beyond {LATEST:g} s"
     if max(abs(m.x), abs(m.y), abs(m.phi)) > FARTHEST:
         return f"beyond {FARTHEST:g}: x {m.x}, y {m.y}, phi {m.phi}"
-    v = m.vehicle
     if v is not None and not all(map(isfinite, (v.x, v.y, v.phi))):
         return f"not finite: {v}"
     if v is not None and max(abs(v.x), abs(v.y), abs(v.phi)) > FARTHEST:
@@ -131,28 +130,31 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     if m.frame is Frame.WORLD:
         value = np.array([m.x, m.y, m.phi])
         return Detection(stamp=m.stamp, value=value, covariance=covariance, told=told)
-    if m.vehicle is None:
+    if v is None:
         return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
-    goal = m.vehicle.compose(Pose2(m.x, m.y, m.phi))
-    c, s = cos(m.vehicle.phi), sin(m.vehicle.phi)
+    goal = v.compose(Pose2(m.x, m.y, m.phi))
+    c, s = cos(v.phi), sin(v.phi)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     lever = np.eye(3)
-    lever[:2, 2] = m.vehicle.y - goal.y, goal.x - m.vehicle.x
+    lever[:2, 2] = v.y - goal.y, goal.x - v.x
     vehicle = np.square([config.vehicle_position_std] * 2 + [config.vehicle_heading_std])
     covariance = turn @ covariance @ turn.T + (lever * vehicle) @ lever.T
     covariance = 0.5 * (covariance + covariance.T)
     if not _definite(covariance):
         return "its covariance is not positive definite once turned into the world"
-    return Detection(
-        stamp=m.stamp, value=np.array([goal.x, goal.y, goal.phi]), covariance=covariance, told=told
-    )
+    value = np.array([goal.x, goal.y, goal.phi])
+    return Detection(stamp=m.stamp, value=value, covariance=covariance, told=told)
 
 
 def _covariance(measurement: GoalMeasurement, config: GoalFilterConfig) -> Array | str:
     """The measurement's own covariance if it is one, else the one by range."""
-    m = measurement
+    m, at = measurement, (0.0, 0.0)
     if m.covariance is None:
-        return config.noise.covariance(_range(m, config))
+        if m.frame is Frame.WORLD:
+            if m.vehicle is None:
+                return config.noise.covariance(config.noise.reference_range)
+            at = (m.vehicle.x, m.vehicle.y)
+        return config.noise.covariance(hypot(m.x - at[0], m.y - at[1]))
     given = np.asarray(m.covariance, dtype=np.float64)
     if not np.isfinite(given).all() or np.abs(given).max() > FARTHEST**2:
         return "its covariance is not finite"
@@ -171,13 +173,3 @@ def _definite(covariance: Array) -> bool:
         return False
     spread = np.sqrt(variances)
     return float(np.linalg.eigvalsh(covariance / np.outer(spread, spread))[0]) >= FLATTEST
-
-
-def _range(measurement: GoalMeasurement, config: GoalFilterConfig) -> float:
-    """Rear axle to goal [m]; the reference range where it is not known."""
-    m = measurement
-    if m.frame is Frame.VEHICLE:
-        return hypot(m.x, m.y)
-    if m.vehicle is None:
-        return config.noise.reference_range
-    return hypot(m.x - m.vehicle.x, m.y - m.vehicle.y)

@@ -96,16 +96,11 @@ def stds_in(goals: Array, covariances: Array) -> Array:
     if goals.ndim != 2 or covariances.shape != (len(goals), 3, 3) or goals.shape[1] != 3:
         shapes = goals.shape, covariances.shape
         raise InputError(f"goals, covariances have the shapes {shapes}, they must be (n, 3), (n, 3, 3).")
-    with np.errstate(invalid="ignore"):
-        return _stds_in(goals, covariances)
-
-
-def _stds_in(goals: Array, covariances: Array) -> Array:
     turn = np.zeros((len(goals), 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
-    turn[:, 0, 1] = np.sin(goals[:, 2])
-    turn[:, 1, 0] = -turn[:, 0, 1]
-    turn[:, 2, 2] = 1.0
-    variances = np.einsum("nij,njk,nik->ni", turn, covariances, turn)
-    stds: Array = np.sqrt(np.maximum(variances, 0.0))
-    return stds
+    with np.errstate(invalid="ignore"):
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
+        turn[:, 0, 1] = np.sin(goals[:, 2])
+        turn[:, 1, 0] = -turn[:, 0, 1]
+        turn[:, 2, 2] = 1.0
+        variances = np.einsum("nij,njk,nik->ni", turn, covariances, turn)
+        return np.asarray(np.sqrt(np.maximum(variances, 0.0)))

@@ -28,9 +28,10 @@ from geometry.compiled import Array1, Out1, inner, kernel
 
 _MEMORY = 3.0
 """Time over which the noise is learnt [s]."""
-_WALKS = (0.002, 5e-4, 0.02, 0.01)
-"""What nobody models: of position [m/sqrt(s)], heading [rad/sqrt(s)], speed [m/s/sqrt(s)] and steering
-[rad/sqrt(s)]: lag of drive and steering, slopes that start. The more, the more a measurement counts."""
+_WALKS = (0.002, 0.002, 5e-4, 0.02, 0.01)
+"""What nobody models: of position [m/sqrt(s)] along and across, heading [rad/sqrt(s)], speed [m/s/sqrt(s)]
+and steering [rad/sqrt(s)]: lag of drive and steering, slopes that start. The more, the more a measurement
+counts."""
 _SLIP = 0.05  # share of the distance driven, and of a change of speed, by which the model is off
 _WIDEST = 3.0  # the state is no farther from a measurement than so many standard deviations of the noise
 QUANTITIES = 5
@@ -87,10 +88,7 @@ def filtered(
         variance = variance + share * (-residual * noise.residual - variance)
     known = MeasurementNoise(residual=residual, variance=variance, pairs=pairs, run=run)
     state = measured.copy()
-    _correct(
-        measured, expected, variance, seconds, gained, *_WALKS, _SLIP, _SLIP * curvature,
-        1.0 / (run + 1), _WIDEST, state,
-    )  # fmt: skip
+    _correct(measured, expected, variance, seconds, gained, _SLIP * curvature, 1.0 / (run + 1), state)
     return state, known
 
 
@@ -116,14 +114,8 @@ def _correct(
     variance: Array1,
     seconds: float,
     gained: float,
-    position_walk: float,
-    heading_walk: float,
-    speed_walk: float,
-    steering_walk: float,
-    slip: float,
     turn: float,
     least: float,
-    widest: float,
     state: Out1,
 ) -> None:
     """(V2) to (V4) into `state`, which is `measured`."""
@@ -131,11 +123,10 @@ def _correct(
     x, y = expected[0] - measured[0], expected[1] - measured[1]
     off = np.array((c * x + s * y, c * y - s * x, 0.0, expected[3] - measured[3], expected[4] - measured[4]))
     off[2] = (expected[2] - measured[2] + np.pi) % (2.0 * np.pi) - np.pi
-    walks = (position_walk, position_walk, heading_walk, speed_walk, steering_walk)
-    slips = (slip * way, slip * way, turn * way, slip * abs(gained), 0.0)
+    slips = (_SLIP * way, _SLIP * way, turn * way, _SLIP * abs(gained), 0.0)
     for i in range(QUANTITIES):
-        q = seconds * walks[i] ** 2 + slips[i] ** 2
-        most = widest * sqrt(max(variance[i], 0.0))
+        q = seconds * _WALKS[i] ** 2 + slips[i] ** 2
+        most = _WIDEST * sqrt(max(variance[i], 0.0))
         kept = (1.0 - max(_gain(variance[i], q), least)) * off[i]
         off[i] = min(max(kept, -most), most)
     state[0] += c * off[0] - s * off[1]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from geometry.angles import lift, wrap
 from geometry.area import Area
-from geometry.corridor import Corridor, Narrowing
+from geometry.corridor import Corridor
 from geometry.errors import AreaError, CorridorError, InputError, PathError, RtiMpccError
-from geometry.lines import CorridorLines, PartLines
+from geometry.offsets import Narrowing
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
+from geometry.walls import CorridorLines, PartLines
 
 __all__ = [
     "Area",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -14,8 +14,8 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.doors import door, rows
-from geometry.errors import AreaError, CorridorError
+from geometry.doors import door, to_rows
+from geometry.errors import AreaError, InputError
 from geometry.outline import (
     FARTHEST,
     Shape,
@@ -32,6 +32,7 @@ from geometry.shape_grid import Body, ShapeGrid
 if TYPE_CHECKING:
     from geometry.map_file import OccupancyMap
 
+_Check = Callable[[ArrayLike, str, type[InputError]], Shape]
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
 _DRAWN = 1e-6  # [m] to which what is only drawn is rounded
 
@@ -68,7 +69,7 @@ class Area:
         """
         outline = None if boundary is None else _checked(boundary, "boundary")
         rings = _all_checked(obstacles, "obstacles")
-        self._hold(outline, rings, _grid_of([*_outside(outline), *_pieces(rings)]))
+        self._hold(outline, rings, [*_outside(outline), *_pieces(rings)])
 
     @classmethod
     @door(AreaError)
@@ -113,7 +114,7 @@ class Area:
         Raises:
             AreaError: another shape, a value, resolution or origin out of range, or no free cell.
         """
-        from geometry.grid import grid_map  # with what reads maps
+        from geometry.map_file import grid_map  # as above
 
         return cls._of_map(grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
@@ -192,40 +193,33 @@ class Area:
     @classmethod
     def _of_map(cls, found: OccupancyMap) -> Area:
         area = cls.__new__(cls)
-        grid = _grid_of([*_outside(found.outline), found.rectangles])
-        area._hold(found.outline, list(found.rectangles), grid)
+        area._hold(found.outline, found.rectangles, [*_outside(found.outline), found.rectangles])
         return area
 
     def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
         """An area with more that is solid: convex pieces (m_i, 2)."""
         area = Area.__new__(Area)
-        area._hold(boundary, obstacles, self.grid.with_shapes(more))
+        area._hold(boundary, obstacles, more, self.grid)
         return area
 
     def _solid(self) -> list[Array]:
-        """All that is solid, as convex shapes (m_i, 2)."""
         return np.split(self.grid.corners, self.grid.starts[1:-1]) if len(self.grid.owner) else []
 
-    def _hold(self, boundary: Array | None, obstacles: Sequence[Array], grid: ShapeGrid) -> None:
-        """Set all attributes, once."""
-        object.__setattr__(self, "boundary", boundary)
-        object.__setattr__(self, "obstacles", tuple(obstacles))
-        object.__setattr__(self, "grid", grid)
+    def _hold(
+        self,
+        boundary: Array | None,
+        obstacles: Iterable[Array],
+        solid: Sequence[Array],
+        before: ShapeGrid | None = None,
+    ) -> None:
+        """Set all attributes, once; `solid`: convex pieces (m_i, 2), and many alike as (k, m, 2)."""
+        grid = before.with_shapes(solid) if before else ShapeGrid.of_shapes(solid, 0, 1)
+        for name, value in (("boundary", boundary), ("obstacles", tuple(obstacles)), ("grid", grid)):
+            object.__setattr__(self, name, value)
 
 
-def _grid_of(solid: Sequence[Array]) -> ShapeGrid:
-    """All of one owner: convex pieces (m_i, 2), and many alike as (k, m, 2)."""
-    return ShapeGrid.of_shapes(solid, 0, 1)
-
-
-def _checked(
-    corners: ArrayLike, name: str, check: Callable[[ArrayLike, str], Shape] = checked_polygon
-) -> Array:
-    """Corners (m, 2) of a shape, counter-clockwise."""
-    try:
-        return _read_only(_corners(check(corners, name)))
-    except CorridorError as error:
-        raise AreaError(str(error)) from error
+def _checked(corners: ArrayLike, name: str, check: _Check = checked_polygon) -> Array:
+    return _read_only(_corners(check(corners, name, AreaError)))
 
 
 def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
@@ -235,7 +229,7 @@ def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
 def _checked_points(points: ArrayLike) -> Array:
     if np.size(points) == 0:
         return np.zeros((0, 2))
-    found = rows(points, 2, "points", AreaError)
+    found = to_rows(points, 2, "points", AreaError)
     if np.abs(found).max() > FARTHEST:
         raise AreaError(f"points must have coordinates of at most {FARTHEST:g} m.")
     return found
@@ -273,7 +267,6 @@ def _outside(boundary: Array | None) -> list[Array]:
 
 
 def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
-    """A polygon, cut through its holes until no piece has any."""
     if len(shape.interiors) == 0:
         return [shape]
     left, bottom, right, top = shape.bounds
@@ -289,7 +282,6 @@ def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
 
 
 def _corners(shape: Shape) -> Array:
-    """Corners (m, 2) of the outline, counter-clockwise."""
     return corners_of(shapely.orient_polygons(shape))
 
 

@@ -23,12 +23,14 @@ from typing import Final
 import numpy as np
 
 from geometry.arrays import Array, Complex, Index
-from geometry.compiled import Array1, Array2, Index1, Out3, inner, kernel
+from geometry.compiled import Array2, Index1, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import (
     MOST_TIED,
     Body,
+    BodyShape,
     ShapeGrid,
+    SolidShapes,
     cells_around,
     in_frame,
     is_among,
@@ -77,102 +79,78 @@ class Contacts:
         at: Complex = self.values[..., AT_X] + 1j * self.values[..., AT_Y]
         return at
 
-    @property
-    def turning(self) -> Array:
-        """How the distances (n, p, s) grow as the body turns to the left [m/rad], the last term of (S2)."""
-        values = self.values
-        return values[..., AT_X] * values[..., ACROSS] - values[..., AT_Y] * values[..., ALONG]
-
 
 def contacts(
     body: Body,
     poses: Array,
     grid: ShapeGrid,
     *,
-    owner: Index,
-    owners: int,
     lines: bool,
     within: float,
     outward: float,
 ) -> Array:
-    """Return the `Contacts.values` (n, pieces, owners, 5) of a body at `poses` (n, 3).
+    """Return the `Contacts.values` (n, pieces, sides, 5) of a body at `poses` (n, 3).
 
     Args:
-        owner: (shapes,) whose each is, below `owners`; lines: whether they are segments with an allowed side.
+        lines: whether the shapes are segments with an allowed side, and each owner is a side; otherwise all
+            shapes are one side.
         within: what is farther away is left out [m]; outward: see the module.
     """
-    found = np.zeros((len(poses), (len(body.starts) - 1) * owners, CONTACT))
+    owner, owners = (grid.owner, grid.owners) if lines else (np.zeros_like(grid.owner), 1)
+    found = np.zeros((len(poses), body.pieces * owners, CONTACT))
     found[:, :, APART] = inf
-    _contacts(
-        body.corners, body.starts, body.middle, body.half, poses,
-        grid.corners, grid.starts, owner, grid.circles,
-        grid.origin, grid.cell, grid.counts, grid.begins, grid.members, grid.largest,
-        within, outward, lines, owners, found,
-    )  # fmt: skip
-    return found.reshape(len(poses), len(body.starts) - 1, owners, CONTACT)
+    _contacts(body.shape, poses, grid.solid, owner, owners, lines, within, outward, found)
+    return found.reshape(len(poses), body.pieces, owners, CONTACT)
 
 
 @kernel
 def _contacts(
-    body: Array2,
-    pieces: Index1,
-    middle: Array1,
-    half: Array1,
+    body: BodyShape,
     poses: Array2,
-    corners: Array2,
-    starts: Index1,
+    solid: SolidShapes,
     owner: Index1,
-    circles: Array2,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: Index1,
-    members: Index1,
-    largest: int,
+    owners: int,
+    lines: bool,
     within: float,
     outward: float,
-    lines: bool,
-    owners: int,
     found: Out3,
 ) -> None:
-    boxes = _boxes(body, pieces)
-    shape, witness, run = np.empty((max(largest, 2), 2)), np.empty(WITNESS), np.empty((2, 2))
-    slots = (len(pieces) - 1) * owners
+    boxes = _boxes(body.corners, body.starts)
+    shape, witness, run = np.empty((max(solid.largest, 2), 2)), np.empty(WITNESS), np.empty((2, 2))
+    slots = (len(body.starts) - 1) * owners
     # Of each slot: by what its contact was chosen, the least distance, and for lines what tells on which side
     # of them the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
-    spread = 2.0 * outward * hypot(half[0], half[1])
+    spread = 2.0 * outward * hypot(body.half[0], body.half[1])
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        first_row, last_row, first_column, last_column = cells_around(
-            x, y, c, s, middle, half, within, origin, cell, counts
-        )
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
-            for k in range(begins[first_cell], begins[last_cell + 1]):
-                i = members[k]
-                dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
-                if least_to_box(ahead - middle[0], aside - middle[1], half) > within + radius:
+            first_cell, last_cell = row * solid.counts[0] + first_column, row * solid.counts[0] + last_column
+            for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+                i = solid.members[k]
+                dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
+                ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, solid.circles[i, 2]
+                if least_to_box(ahead - body.middle[0], aside - body.middle[1], body.half) > within + radius:
                     continue
                 if is_among(i, seen, met):
                     continue
                 if met < len(seen):
                     seen[met], met = i, met + 1
-                count = starts[i + 1] - starts[i]
-                in_frame(corners, starts[i], count, x, y, c, s, shape)
-                for piece in range(len(pieces) - 1):
-                    slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
+                count = solid.starts[i + 1] - solid.starts[i]
+                in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
+                for piece in range(len(body.starts) - 1):
+                    slot, first, stop = piece * owners + owner[i], body.starts[piece], body.starts[piece + 1]
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
                     apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
                     if apart - radius > limit:
                         continue
-                    distance_between(body, first, stop, shape, 0, count, limit, witness)
+                    distance_between(body.corners, first, stop, shape, 0, count, limit, witness)
                     value = witness[VALUE]
                     if value >= limit:
                         continue
@@ -191,11 +169,11 @@ def _contacts(
                             ties[slot] += 1
                             ends[slot] += over < 0.0 or over > length
                         if value <= 0.0 and length > 0.0:
-                            _out_of_run(body, first, stop, corners, i, x, y, c, s, run, witness)
+                            _out_of_run(body.corners, first, stop, solid.corners, i, x, y, c, s, run, witness)
                     least[slot] = min(least[slot], value)
                     if value > 0.0:
-                        reach_out(body, first, stop, shape, count, middle[0], outward, witness)
-                    key = witness[VALUE] - outward * abs(witness[ON_A_X] - middle[0])
+                        reach_out(body.corners, first, stop, shape, count, body.middle[0], outward, witness)
+                    key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
                         _keep(witness, found, n, slot)
@@ -203,11 +181,19 @@ def _contacts(
             for slot in range(slots):
                 at_open_end = ties[slot] == 1 and ends[slot] == 1
                 if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
-                    in_frame(corners, starts[nearest[slot]], 2, x, y, c, s, shape)
+                    in_frame(solid.corners, solid.starts[nearest[slot]], 2, x, y, c, s, shape)
                     length, left_x, left_y = _left_of(shape)
                     piece = slot // owners
                     witness[VALUE] = -inf
-                    _behind(body, pieces[piece], pieces[piece + 1], shape, left_x, left_y, witness)
+                    _behind(
+                        body.corners,
+                        body.starts[piece],
+                        body.starts[piece + 1],
+                        shape,
+                        left_x,
+                        left_y,
+                        witness,
+                    )
                     _keep(witness, found, n, slot)
 
 
@@ -226,7 +212,6 @@ def _boxes(body: Array, pieces: Index) -> Array:
 
 @inner
 def _left_of(segment: Array) -> tuple[float, float, float]:
-    """Length and left normal of a segment."""
     dx, dy = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
     length = hypot(dx, dy)
     if length == 0.0:

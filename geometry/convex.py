@@ -19,8 +19,9 @@ from math import inf, sqrt
 from typing import Final
 
 from geometry.arrays import Array
-from geometry.compiled import Array2, Out1, inner, kernel
+from geometry.compiled import inner
 
+# What is found: the distance [m], the normal, and a witness point on each shape [m].
 VALUE: Final = 0
 NORMAL_X: Final = 1
 NORMAL_Y: Final = 2
@@ -30,22 +31,16 @@ ON_B_X: Final = 5
 ON_B_Y: Final = 6
 WITNESS: Final = 7
 _TOUCHING: Final = 1e-9
-"""What `signed_distance` finds: the distance [m], the normal, and a witness point on each shape [m]."""
-
-
-@kernel
-def signed_distance(a: Array2, b: Array2, found: Out1) -> None:
-    """Find the signed distance between the convex shapes `a` (k, 2) and `b` (m, 2) [m]: `found` (7,)."""
-    distance_between(a, 0, len(a), b, 0, len(b), inf, found)
 
 
 @inner
 def distance_between(
     a: Array, a_first: int, a_stop: int, b: Array, b_first: int, b_stop: int, most: float, found: Array
 ) -> None:
-    """The same for the corners `a_first` to `a_stop` of `a` and `b_first` to `b_stop` of `b`.
+    """Find the signed distance between two convex shapes: `found` (WITNESS,).
 
-    A distance of `most` or more may be told too small, but as `most` at least.
+    Shape A is the corners `a_first` to `a_stop` of `a` (k, 2) [m], B those of `b`. A distance of `most` or
+    more may be too small, but is `most` at least.
     """
     found[VALUE] = -inf
     _separate(a, a_first, a_stop, b, b_first, b_stop, -1.0, found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import inf, isfinite
 
 import numpy as np
 import shapely
@@ -15,43 +15,25 @@ from geometry.area import Area
 from geometry.arrays import Array, Index
 from geometry.clearance import Segments
 from geometry.contacts import Contacts, contacts
-from geometry.doors import Admitted, admit, door, rows
+from geometry.doors import Admitted, door, to_rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
-from geometry.lines import CorridorLines
-from geometry.offsets import sections_of, trimmed
-from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split
+from geometry.offsets import Narrowing, sections_of, trimmed
+from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split_outline
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import Body, checked_poses
-from geometry.walls import Obstacles, PartWalls
+from geometry.walls import CorridorLines, Obstacles, PartLines, PartWalls
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
 _POINT = Body.of([(0.0, 0.0)])
+_NO_LINES = PartLines(left=(), right=(), joined=False, narrowest=(inf, 0.0))
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
-@dataclass(frozen=True, slots=True)
-class Narrowing(Admitted):
-    """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
-
-    Attributes:
-        start, end: theta on the whole route, 0 <= start < end <= its length [m].
-        left, right: offsets there, left > 0 > right; None: as elsewhere [m].
-    """
-
-    start: float
-    end: float
-    left: float | None = None
-    right: float | None = None
-
-    def __post_init__(self) -> None:
-        admit(self, CorridorError)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Corridor(Admitted):
+class Corridor(Admitted, error=CorridorError):
     """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacles.
 
     The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles. Of one
@@ -66,9 +48,6 @@ class Corridor(Admitted):
     walls: tuple[PartWalls, ...]
     kept_out: Obstacles
     area: Area | None = None
-
-    def __post_init__(self) -> None:
-        admit(self, CorridorError)
 
     @classmethod
     @door(CorridorError)
@@ -99,17 +78,8 @@ class Corridor(Admitted):
         _check_offsets("", left, right)
         for i, row in enumerate(narrowings):
             _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
-        rows = [
-            (
-                row.start,
-                row.end,
-                nan if row.left is None else row.left,
-                nan if row.right is None else row.right,
-            )
-            for row in narrowings
-        ]
         kept_out = Obstacles.from_polygons(obstacles)
-        walls = [_walls(i, part, left, right, rows) for i, part in enumerate(path.parts)]
+        walls = [_walls(i, part, left, right, narrowings) for i, part in enumerate(path.parts)]
         return cls(walls=tuple(walls), kept_out=kept_out)
 
     @classmethod
@@ -130,14 +100,20 @@ class Corridor(Admitted):
         for i, part in enumerate(path.parts):
             if not shape.covers(path_line(part, _CHECKED)):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
-            walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape), joined=True))
+            left, right = split_outline(part, shape)
+            narrowest = narrowest_in(part, shape)
+            walls.append(
+                PartWalls.of(
+                    PartLines(left=tuple(left), right=tuple(right), joined=True, narrowest=narrowest)
+                )
+            )
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
     @door(CorridorError)
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
-        return cls(walls=(PartWalls.none(),), kept_out=Obstacles.from_polygons(()), area=area)
+        return cls(walls=(PartWalls.of(_NO_LINES),), kept_out=Obstacles.from_polygons(()), area=area)
 
     @classmethod
     @door(CorridorError)
@@ -150,16 +126,12 @@ class Corridor(Admitted):
         kept_out = Obstacles.from_polygons(lines.obstacles)
         if lines.area is not None:
             return replace(cls.in_area(lines.area), kept_out=kept_out)
-        walls = [
-            PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
-            for part in lines.parts
-        ]
-        return cls(walls=tuple(walls), kept_out=kept_out)
+        return cls(walls=tuple(PartWalls.of(part) for part in lines.parts), kept_out=kept_out)
 
     def to_lines(self) -> CorridorLines:
         """Return all that defines this corridor, as plain arrays."""
         return CorridorLines(
-            parts=() if self.area else tuple(walls.to_lines() for walls in self.walls),
+            parts=() if self.area else tuple(walls.lines for walls in self.walls),
             obstacles=self.kept_out.to_polygons(),
             area=self.area,
         )
@@ -189,9 +161,7 @@ class Corridor(Admitted):
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
 
-        When something is crossed: minus the deepest penetration.
-
-        Exact and slow. Raises as `half_planes`.
+        When something is crossed: minus the deepest penetration. Exact and slow. Raises as `contacts`.
         """
         return bodies_against.clearance(*self._measured(part), bodies)
 
@@ -205,7 +175,7 @@ class Corridor(Admitted):
             bodies: (n, m, 2) [m].
             margin: coming as near as this counts as touching [m].
 
-        Raises as `half_planes`, or for a negative margin.
+        Raises as `contacts`, or for a negative margin.
         """
         return bodies_against.collides(*self._measured(part), bodies, margin)
 
@@ -248,16 +218,10 @@ class Corridor(Admitted):
             found = flank_contacts(body, poses, grids, within=within, outward=outward)
             found.setflags(write=False)
             return Contacts(values=found)
-        grid = self._part(part).smooth
-        found = contacts(
-            body, poses, grid, owner=grid.owner, owners=2, lines=True, within=within, outward=outward
-        )
+        walls = self._part(part).smooth
+        found = contacts(body, poses, walls, lines=True, within=within, outward=outward)
         if self.kept_out.corners:
-            grid = self.kept_out.grid
-            one = np.zeros_like(grid.owner)
-            nearest = contacts(
-                body, poses, grid, owner=one, owners=1, lines=False, within=within, outward=outward
-            )
+            nearest = contacts(body, poses, self.kept_out.grid, lines=False, within=within, outward=outward)
             found = np.concatenate((found, nearest), axis=2)
         found.setflags(write=False)
         return Contacts(values=found)
@@ -268,12 +232,12 @@ class Corridor(Admitted):
 
         So it is farther than BEHIND beyond one with open ends: that is on another way.
         """
-        return self._part(part).beyond(rows(points, 2, "points"))
+        return self._part(part).beyond(to_rows(points, 2, "points"))
 
     @door(late=True)
     def near_obstacles(self, points: Array, within: float) -> Index:
         """Return which of points (n, 2) are nearer than `within` to an obstacle, or in one [m]."""
-        points = rows(points, 2, "points")
+        points = to_rows(points, 2, "points")
         poses = np.column_stack([points, np.zeros(len(points))])
         return np.flatnonzero(
             (self.kept_out.grid.signed_distances(_POINT, poses, within) < within).any(axis=1)
@@ -290,7 +254,7 @@ class Corridor(Admitted):
             InputError: a part that does not exist, or points that are not finite.
         """
         walls = self._part(part)
-        one, other = rows((one, other), 2, "one, other").tolist()
+        one, other = to_rows((one, other), 2, "one, other").tolist()
         if not walls.is_open:
             return False
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
@@ -303,13 +267,14 @@ class Corridor(Admitted):
         Without a part that of the whole route. Obstacles don't count.
         """
         if part is not None:
-            return self._part(part).narrowest
-        return min(walls.narrowest for walls in self.walls)
+            return self._part(part).lines.narrowest
+        return min(walls.lines.narrowest for walls in self.walls)
 
     @door(late=True)
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
-        return self._part(part).lines
+        lines = self._part(part).lines
+        return lines.left, lines.right
 
     def _measured(self, part: int) -> tuple[Segments, NDArray[np.object_]]:
         """The boundaries of a part, or of the area, and all obstacles."""
@@ -329,10 +294,9 @@ class Corridor(Admitted):
 
 
 def _walls(
-    index: int, part: PathPart, left: float, right: float, rows: Sequence[tuple[float, float, float, float]]
+    index: int, part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]
 ) -> PartWalls:
-    """Boundaries of one part at offsets."""
-    sections = sections_of(part, left, right, rows)
+    sections = sections_of(part, left, right, narrowings)
     left_lines = trimmed(part, sections, sections.left)
     right_lines = trimmed(part, sections, sections.right)
     # They come with growing theta; the allowed side has to be on their left.
@@ -342,7 +306,10 @@ def _walls(
         right_lines = [np.ascontiguousarray(line[::-1]) for line in right_lines]
     width = sections.left - sections.right
     i = int(np.argmin(width))
-    walls = PartWalls.from_lines(left_lines, right_lines, (float(width[i]), float(sections.breaks[i])))
+    narrowest = float(width[i]), float(sections.breaks[i])
+    walls = PartWalls.of(
+        PartLines(left=tuple(left_lines), right=tuple(right_lines), joined=False, narrowest=narrowest)
+    )
     if _crosses(walls, part):
         raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
     return walls
@@ -354,7 +321,7 @@ def _crosses(walls: PartWalls, part: PathPart) -> bool:
     places = np.column_stack([at.x, at.y, at.phi])
     if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
         return False
-    lines = [line for lines in walls.lines for line in lines if len(line) > 1]
+    lines = [line for line in walls.both if len(line) > 1]
     return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
 
 

@@ -59,12 +59,8 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
         raise CorridorError("the boundaries cut the path, or the parts of the corridor are not connected.")
     whole = whole.simplify(_FINE)
     holes = [ring for ring in whole.interiors if shapely.Polygon(ring).area > _SLIVER]
-    return Area(boundary=_corners(whole.exterior), obstacles=[_corners(ring) for ring in holes])
-
-
-def _corners(ring: shapely.LinearRing) -> Array:
-    corners: Array = shapely.get_coordinates(ring)[:-1]
-    return corners
+    outline, *obstacles = map(shapely.get_coordinates, [whole.exterior, *holes])
+    return Area(boundary=outline, obstacles=obstacles)
 
 
 def _closed(shape: shapely.Geometry) -> shapely.Geometry:
@@ -78,25 +74,17 @@ def _lane_and_ends(
 ) -> list[shapely.Geometry]:
     """What is beside one part, up to its boundaries, and beyond its ends, the last of which goes on `aside`
     [m] to either side."""
-    if walls.joined:
-        return [shapely.Polygon(np.concatenate([line for side in walls.lines for line in side]))]
-    lines = shapely.MultiLineString([line for side in walls.lines for line in side if len(line) > 1])
+    if walls.lines.joined:
+        return [shapely.Polygon(np.concatenate(walls.both))]
+    lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
     if lines.is_empty:
         raise CorridorError(f"part {index}: it has no boundaries.")
     beside = _CrossSections.of(part, lines)
     # What a cross-section reaches beside a step of a boundary is cut off by the boundary itself.
     lane = shapely.difference(beside.covered, shapely.buffer(lines, _FINE), grid_size=_GRID)
-    begin = _end(beside.at(0), part.first.phi, -part.direction, lines, beyond, 0.0)
-    end = _end(beside.at(-1), part.last.phi, part.direction, lines, beyond, aside)
+    begin = _end([each[0] for each in beside], part.first.phi, -part.direction, lines, beyond, 0.0)
+    end = _end([each[-1] for each in beside], part.last.phi, part.direction, lines, beyond, aside)
     return [lane, begin, end]
-
-
-class _Mouth(NamedTuple):
-    """A cross-section: the path and what is nearest to its left and right, points (2,)."""
-
-    left: Array
-    middle: Array
-    right: Array
 
 
 class _CrossSections(NamedTuple):
@@ -134,10 +122,6 @@ class _CrossSections(NamedTuple):
         """What is between each two cross-sections, put together."""
         pieces = [piece for side in (self.left, self.right) for piece in _strips(self.middle, side)]
         return shapely.union_all(pieces, grid_size=_GRID)
-
-    def at(self, k: int) -> _Mouth:
-        """The `k`-th one."""
-        return _Mouth(self.left[k], self.middle[k], self.right[k])
 
 
 def _farthest(points: Array, line: shapely.LineString) -> float:
@@ -189,19 +173,19 @@ def _bends(line: Array) -> Mask:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """The products (...) of vectors (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def _end(
-    mouth: _Mouth,
+    mouth: list[Array],
     phi: float,
     direction: int,
     lines: shapely.MultiLineString,
     beyond: float,
     aside: float,
 ) -> shapely.Geometry:
-    """What is beyond an open end, from its mouth on in the direction +1 or -1 of the heading phi [rad]."""
+    """What is beyond an open end, from its cross-section (left, middle, right) on, in the direction +1 or -1
+    of the heading phi [rad]."""
     left, middle, right = mouth
     ahead = direction * np.array([np.cos(phi), np.sin(phi)])
     across = np.array([-np.sin(phi), np.cos(phi)])

@@ -1,8 +1,8 @@
 """Doors: arguments of public functions, turned into what the inside wants, or refused in one sentence.
 
 The annotations of a function say what it takes. `door` turns numbers of all kinds (whole ones, numpy's,
-float32) into floats, and anything that holds numbers into a contiguous array of floats. An argument that is
-none of it raises with its name, its value and what is wanted.
+float32) into floats, and anything that holds numbers into a contiguous array of floats. Any other argument
+raises with its name, its value and what is allowed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass
 from functools import cache, partial, wraps
 from inspect import Parameter, signature
+from math import inf
 from numbers import Integral, Real
 from os import PathLike
 from typing import Any, Final, Literal, ParamSpec, TypeVar, get_args, get_origin
@@ -28,22 +29,28 @@ Result = TypeVar("Result")
 Turn = Callable[[Any], Any]
 """Turns a value into what is wanted; raises `_Unfit` where it cannot."""
 
-_NUMBERS: Final = "iuf"
-
-
 _PENDING: list[Callable[..., Any]] = []
 """Doors whose annotations nobody has read yet."""
 
 
 class Admitted:
-    """Base of dataclasses whose fields are turned by `admit`, so that `prepare` knows them."""
+    """Base of dataclasses whose fields are turned into what their annotations say.
+
+    `class Narrowing(Admitted, error=CorridorError)` names the error that is raised. A class with a
+    `__post_init__` of its own calls `admit` there.
+    """
 
     __slots__ = ()
+    _error: typing.ClassVar[type[InputError]] = InputError
 
-    def __init_subclass__(cls) -> None:
-        """Keep the class for `prepare`."""
+    def __init_subclass__(cls, error: type[InputError] | None = None) -> None:
+        if error is not None:  # a dataclass with slots is made twice, the second time without it
+            cls._error = error
         kept: Any = cls
         _PENDING.append(partial(_turns_of_fields, kept))
+
+    def __post_init__(self) -> None:
+        admit(self)
 
 
 def prepare() -> None:
@@ -53,7 +60,7 @@ def prepare() -> None:
 
 
 class _Unfit(Exception):
-    """A value is not what is wanted, which is the text of this; `value`: of the part that is not."""
+    """`value`, at the place `where` of an argument, is not what is wanted."""
 
     def __init__(self, wanted: str, value: Any, where: str = "") -> None:
         super().__init__(wanted)
@@ -74,7 +81,10 @@ def door(
     def decorated(function: Callable[Given, Result]) -> Callable[Given, Result]:
         @wraps(function)
         def checked(*args: Given.args, **kwargs: Given.kwargs) -> Result:
-            turned, named = _turned(function, args, kwargs, error)
+            positional, turns = _turns(function)
+            names = (*positional, *[""] * len(args))
+            turned: Any = [_turn(turns.get(names[i]), each, names[i], error) for i, each in enumerate(args)]
+            named: Any = {name: _turn(turns.get(name), each, name, error) for name, each in kwargs.items()}
             return function(*turned, **named)
 
         @wraps(function)
@@ -84,8 +94,7 @@ def door(
             except InputError:
                 raise
             except Exception:
-                turned, named = _turned(function, args, kwargs, error)
-                return function(*turned, **named)
+                return checked(*args, **kwargs)
 
         _PENDING.append(partial(_turns, function))
         return explained if late else checked
@@ -93,52 +102,17 @@ def door(
     return decorated
 
 
-def admit(given: Admitted, error: type[InputError] = InputError) -> None:
+def admit(given: Admitted) -> None:
     """Turn the fields of an `Admitted` dataclass into what their annotations say; for its `__post_init__`."""
     kind: Any = type(given)
     for name, turn in _turns_of_fields(kind):
         value = getattr(given, name)
-        turned = _turn(turn, value, f"{kind.__name__}.{name}", error)
+        turned = _turn(turn, value, f"{kind.__name__}.{name}", kind._error)
         if turned is not value:
             object.__setattr__(given, name, turned)
 
 
-def numbers(values: Any) -> Array:
-    """Turn anything that holds numbers into a contiguous array of floats.
-
-    Raises:
-        TypeError: it holds something that is no number, or rows of different lengths.
-    """
-    try:
-        found = np.asarray(values)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TypeError("no numbers") from error
-    if found.dtype.kind == "O" and all(_is_number(each) for each in found.flat):
-        with np.errstate(over="ignore"):
-            found = np.array([_float(each) for each in found.flat]).reshape(found.shape)
-    if found.dtype.kind not in _NUMBERS and found.size:
-        raise TypeError("no numbers")
-    return np.ascontiguousarray(found, dtype=np.float64)
-
-
-def rows(values: Any, width: int, name: str, error: type[InputError] = InputError) -> Array:
-    """Turn anything that holds numbers into a contiguous array (n, width) of floats.
-
-    Raises:
-        InputError: of the class `error`; it holds something else, has another shape, or is not finite.
-    """
-    try:
-        found = numbers(values)
-    except TypeError:
-        raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
-    if found.ndim != 2 or found.shape[1] != width:
-        raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
-    if not np.isfinite(found).all():
-        raise error(f"{name} must be finite numbers.")
-    return found
-
-
-def number(value: Any) -> float:
+def to_float(value: Any) -> float:
     """Turn a number of any kind, but truth values, into a float.
 
     Raises:
@@ -148,33 +122,46 @@ def number(value: Any) -> float:
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if not _is_number(value):
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError("no number")
-    return _float(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
-
-
-def _float(value: Any) -> float:
     try:
         return float(value)
     except OverflowError:
-        return float("inf") if value > 0 else float("-inf")
+        return inf if value > 0 else -inf  # type: ignore[operator]
 
 
-def _turned(
-    function: Callable[..., Any], args: Any, kwargs: Any, error: type[InputError]
-) -> tuple[tuple[Any, ...], dict[str, Any]]:
-    """The arguments as the function wants them."""
-    positional, turns = _turns(function)
-    given = []
-    for i, value in enumerate(args):
-        name = positional[i] if i < len(positional) else ""
-        given.append(_turn(turns.get(name), value, name, error))
-    named = {name: _turn(turns.get(name), value, name, error) for name, value in kwargs.items()}
-    return tuple(given), named
+def to_floats(values: Any) -> Array:
+    """Turn anything that holds numbers into a contiguous array of floats.
+
+    Raises:
+        TypeError: it holds something that is no number, or rows of different lengths.
+    """
+    try:
+        found = np.asarray(values)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError("no numbers") from error
+    if found.dtype.kind == "O":
+        found = np.array([to_float(each) for each in found.flat]).reshape(found.shape)
+    if found.dtype.kind not in "iuf" and found.size:
+        raise TypeError("no numbers")
+    return np.ascontiguousarray(found, dtype=np.float64)
+
+
+def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputError) -> Array:
+    """Turn anything that holds numbers into a contiguous array (n, width) of floats.
+
+    Raises:
+        InputError: of the class `error`; it holds something else, has another shape, or is not finite.
+    """
+    try:
+        found = to_floats(values)
+    except TypeError:
+        raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
+    if found.ndim != 2 or found.shape[1] != width:
+        raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
+    if not np.isfinite(found).all():
+        raise error(f"{name} must be finite numbers.")
+    return found
 
 
 def _turn(turn: Turn | None, value: Any, where: str, error: type[InputError]) -> Any:
@@ -204,25 +191,24 @@ def _turns_of_fields(cls: Any) -> tuple[tuple[str, Turn], ...]:
 
 
 def _turn_to(hint: Any) -> Turn:
-    """What turns a value into what an annotation says."""
-    origin = get_origin(hint)
+    origin, parts = get_origin(hint), get_args(hint)
     if hint in _SIMPLE:
         return _SIMPLE[hint]
     if origin is np.ndarray:
         return _array
     if origin is Literal:
-        return _one_of(get_args(hint))
+        return partial(_one_of, parts)
     if origin in (typing.Union, types.UnionType):
-        parts, arrays = get_args(hint), get_args(numpy.typing.ArrayLike)
+        arrays = get_args(numpy.typing.ArrayLike)
         if not set(arrays) <= set(parts):
             return _any_of([_turn_to(each) for each in parts])
         return _any_of([*(_turn_to(each) for each in parts if each not in arrays), _array])
-    if origin is tuple and Ellipsis not in get_args(hint):
-        return _row([_turn_to(each) for each in get_args(hint)])
+    if origin is tuple and Ellipsis not in parts:
+        return partial(_row, [_turn_to(each) for each in parts])
     if origin in (tuple, list, Sequence):
-        return _sequence(_turn_to(get_args(hint)[0]))
+        return partial(_sequence, _turn_to(parts[0]))
     if origin is Callable or hint is Callable:
-        return _callable
+        return _instance(Callable, "a function")
     if origin is PathLike:
         return _instance(PathLike, "a path")
     if isinstance(hint, type) and getattr(
@@ -232,9 +218,22 @@ def _turn_to(hint: Any) -> Turn:
     return _anything
 
 
+def _anything(value: Any) -> Any:
+    return value
+
+
+def _instance(kinds: Any, wanted: str, made: Turn = _anything) -> Turn:
+    def turn(value: Any) -> Any:
+        if not isinstance(value, kinds):
+            raise _Unfit(wanted, value)
+        return made(value)
+
+    return turn
+
+
 def _number(value: Any) -> float:
     try:
-        return number(value)
+        return to_float(value)
     except TypeError:
         raise _Unfit("a number", value) from None
 
@@ -248,56 +247,17 @@ def _whole(value: Any) -> int:
     return int(found)
 
 
-def _truth(value: Any) -> bool:
-    if not isinstance(value, bool | np.bool_):
-        raise _Unfit("True or False", value)
-    return bool(value)
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise _Unfit("text", value)
-    return str(value)
-
-
-def _nothing(value: Any) -> None:
-    if value is not None:
-        raise _Unfit("None", value)
-
-
-def _callable(value: Any) -> Any:
-    if not callable(value):
-        raise _Unfit("a function", value)
-    return value
-
-
-def _anything(value: Any) -> Any:
-    return value
-
-
 def _array(value: Any) -> Array:
     try:
-        return numbers(value)
+        return to_floats(value)
     except TypeError:
         raise _Unfit("an array of numbers", value) from None
 
 
-def _instance(of: type, wanted: str) -> Turn:
-    def turn(value: Any) -> Any:
-        if not isinstance(value, of):
-            raise _Unfit(wanted, value)
-        return value
-
-    return turn
-
-
-def _one_of(values: tuple[Any, ...]) -> Turn:
-    def turn(value: Any) -> Any:
-        if not any(type(value) is type(each) and value == each for each in values):
-            raise _Unfit(" or ".join(map(repr, values)), value)
-        return value
-
-    return turn
+def _one_of(values: Sequence[Any], value: Any) -> Any:
+    if not any(type(value) is type(each) and value == each for each in values):
+        raise _Unfit(" or ".join(map(repr, values)), value)
+    return value
 
 
 def _any_of(turns: Sequence[Turn]) -> Turn:
@@ -320,29 +280,22 @@ def _any_of(turns: Sequence[Turn]) -> Turn:
     return turn
 
 
+def _row(turns: Sequence[Turn], value: Any) -> tuple[Any, ...]:
+    wanted = f"{len(turns)} {'numbers' if all(turn is _number for turn in turns) else 'values'}"
+    items = _items(value, wanted)
+    if len(items) != len(turns):
+        raise _Unfit(wanted, value)
+    return tuple(_inside(turns[i], each, i) for i, each in enumerate(items))
+
+
+def _sequence(turn: Turn, value: Any) -> tuple[Any, ...]:
+    return tuple(_inside(turn, each, i) for i, each in enumerate(_items(value, "a sequence")))
+
+
 def _items(value: Any, wanted: str) -> list[Any]:
     if isinstance(value, str | bytes | Mapping | Set) or not isinstance(value, Iterable):
         raise _Unfit(wanted, value)
     return list(value)
-
-
-def _row(turns: Sequence[Turn]) -> Turn:
-    wanted = f"{len(turns)} values" if any(turn is not _number for turn in turns) else f"{len(turns)} numbers"
-
-    def turn(value: Any) -> tuple[Any, ...]:
-        items = _items(value, wanted)
-        if len(items) != len(turns):
-            raise _Unfit(wanted, value)
-        return tuple(_inside(turns[i], each, i) for i, each in enumerate(items))
-
-    return turn
-
-
-def _sequence(turn_item: Turn) -> Turn:
-    def turn(value: Any) -> tuple[Any, ...]:
-        return tuple(_inside(turn_item, each, i) for i, each in enumerate(_items(value, "a sequence")))
-
-    return turn
 
 
 def _inside(turn: Turn, value: Any, place: int) -> Any:
@@ -352,13 +305,13 @@ def _inside(turn: Turn, value: Any, place: int) -> Any:
         raise _Unfit(unfit.wanted, unfit.value, f"[{place}]{unfit.where}") from None
 
 
+_nothing: Final = _instance(types.NoneType, "None")
 _SIMPLE: Final[dict[Any, Turn]] = {
     float: _number,
     int: _whole,
-    bool: _truth,
-    str: _text,
-    type(None): _nothing,
-    None: _nothing,
+    bool: _instance(bool | np.bool_, "True or False", bool),
+    str: _instance(str, "text", str),
+    types.NoneType: _nothing,
     object: _anything,
     Any: _anything,
 }

@@ -69,12 +69,9 @@ def _opened_at_once(file: str, flags: int) -> int:
     if stat.S_ISREG(mode):
         return found
     os.close(found)
-    is_folder = stat.S_ISDIR(mode)
-    raise (
-        OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if is_folder
-        else OSError(errno.EINVAL, "it is no regular file")
-    )
+    if stat.S_ISDIR(mode):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    raise OSError(errno.EINVAL, "it is no regular file")
 
 
 def content(file: File, most: int) -> bytes:

@@ -59,9 +59,7 @@ def _flank_contacts(
     shape, witness = np.empty((max(solid.largest, 2), 2)), np.empty(WITNESS)
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(
-            x, y, c, s, body.middle, body.half, within, solid.origin, solid.cell, solid.counts
-        )
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
         for row in range(first_row, last_row + 1):
             first_cell = row * solid.counts[0] + first_column
             last_cell = row * solid.counts[0] + last_column

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -10,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.angles import wrap
-from geometry.arrays import Array
-from geometry.counts import spread, steps
+from geometry.arrays import Array, Mask
 from geometry.errors import PathError
+from geometry.sampling import number_steps, steps
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
@@ -24,17 +23,9 @@ _SPACING = 0.25  # [m] between the samples of a spline
 _STRAIGHT = 1e-9  # [rad] chords that turn by less on both sides of a point do not turn there
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pieces:
-    """m arcs: directions (m,), curvatures (m,) [1/m], lengths (m,) [m]."""
-
-    directions: Directions
-    curvatures: Array
-    lengths: Array
-
-
-def biarcs(poses: Array, directions: Directions) -> Pieces:
-    """Return two arcs for each interval that meet with a common tangent and take the poses as they are.
+def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Array]:
+    """Return two arcs for each interval that meet with a common tangent and take the poses as they are:
+    directions, curvatures [1/m] and lengths [m] (2 n - 2,).
 
     With unit tangents t_1, t_2 of the travel and v from the first point to the second, both control legs
     being d long:
@@ -65,11 +56,8 @@ def biarcs(poses: Array, directions: Directions) -> Pieces:
     a_2 = wrap(angle_2 - np.arctan2(second[:, 1], second[:, 0]))
     chords = np.stack([np.hypot(*first.T), np.hypot(*second.T)], axis=1)
     a = np.stack([a_1, a_2], axis=1)
-    return Pieces(
-        directions=np.repeat(directions, 2),
-        curvatures=(directions[:, None] * 2.0 * np.sin(a) / chords).ravel(),
-        lengths=(chords / np.sinc(a / np.pi)).ravel(),
-    )
+    curvatures = directions[:, None] * 2.0 * np.sin(a) / chords
+    return np.repeat(directions, 2), curvatures.ravel(), (chords / np.sinc(a / np.pi)).ravel()
 
 
 def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directions]:
@@ -92,10 +80,7 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
     if turned.any():
         i = int(np.argmax(turned)) + 1
         raise PathError(f"row {i}: the two rows of a cusp must have the same heading.")
-    kept = poses[np.concatenate(([True], ~doubled))]
-    if len(kept) < 2:
-        raise PathError("poses has one point only, a path needs at least 2.")
-    return kept, intervals[~doubled]
+    return _without_doubled(poses, intervals, doubled, "poses")
 
 
 def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
@@ -140,9 +125,15 @@ def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Dire
     unit = v / np.where(same, 1.0, length)[:, None]
     turn = np.concatenate(([1.0], (unit[:-1] * unit[1:]).sum(1), [1.0]))  # cosine at each row, 1 at both ends
     intervals = np.where((before == after) | (turn[1:] <= turn[:-1]), before, after)
-    kept = points[np.concatenate(([True], ~doubled))]
+    return _without_doubled(points, intervals, doubled, "points")
+
+
+def _without_doubled(
+    rows: Array, intervals: Directions, doubled: Mask, name: str
+) -> tuple[Array, Directions]:
+    kept = rows[np.concatenate(([True], ~doubled))]
     if len(kept) < 2:
-        raise PathError("points has one point only, a path needs at least 2.")
+        raise PathError(f"{name} has one point only, a path needs at least 2.")
     return kept, intervals[~doubled]
 
 
@@ -191,20 +182,19 @@ def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
     lengths = np.diff(spline.x)
     counts = steps(lengths, _SPACING, "the way through the points", PathError)
-    piece, step = spread(counts)
+    piece, step = number_steps(counts)
     at = np.append(spline.x[piece] + step * (lengths / counts)[piece], spline.x[-1])
     slope = direction * spline(at, 1)
     return np.column_stack([spline(at), np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))])
 
 
-def _check_repeated(same: NDArray[np.bool_]) -> None:
+def _check_repeated(same: Mask) -> None:
     if same.any():
         i = int(np.argmax(same))
         raise PathError(f"row {i + 1} repeats the point of row {i}, points must differ.")
 
 
 def _check_chords(v: Array, t_1: Array, t_2: Array) -> None:
-    """Both tangents of each interval must point along its chord."""
     for rows, tangent in ((0, t_1), (1, t_2)):
         against = (v * tangent).sum(1) <= 1e-9 * np.hypot(*v.T)
         if against.any():

@@ -1,18 +1,29 @@
-"""Occupancy grids in the format of the ROS map_server: a YAML file beside a picture (PGM or PNG).
+"""Occupancy grids: maps in the format of the ROS map_server, and arrays laid out as a ROS OccupancyGrid.
 
-The YAML file has the keys image (a path relative to the YAML file), resolution [m], origin, occupied_thresh,
-free_thresh, negate (0 or 1) and, if given, mode (trinary only); others are left alone. The picture's first
-row is its top; origin is the pose x, y, yaw [m, m, rad] of the lower left corner of its lower left pixel.
-With the value of a pixel, 0 (black) to 255 (white), or the mean of red, green and blue,
+A map is a YAML file beside a picture (PGM or PNG). The YAML file has the keys image (a path relative to the
+YAML file), resolution [m], origin, occupied_thresh, free_thresh, negate (0 or 1) and, if given, mode (trinary
+only); others are left alone. The picture's first row is its top; origin is the pose x, y, yaw [m, m, rad] of
+the lower left corner of its lower left pixel. With the value of a pixel, 0 (black) to 255 (white), or the
+mean of red, green and blue,
 
 (M1)  p = (255 - value) / 255, or value / 255 with negate
 
 is how occupied its cell is: it is occupied where p > occupied_thresh, free where p < free_thresh, and unknown
 otherwise. What is not opaque is unknown.
+
+In an array, axis 0 is the row, and the first row is the lowest one, at the origin; axis 1 is the column,
+along x of the origin. A value is
+
+- a bool: True is occupied, or
+- a number from 0 (free) to 1 (occupied), or -1 or NaN: unknown; or,
+- where any value is larger than 1, a percentage from 0 to 100, or -1 or NaN: unknown.
+
+A cell is occupied from 65 % on, free up to 25 %, and unknown in between, as in ROS.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, isfinite, sin
 from pathlib import Path
@@ -20,23 +31,27 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image, UnidentifiedImageError
 
 from geometry import files
 from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
+from geometry.pose import Pose2
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
-FINEST, COARSEST = 1e-6, 1e6  # [m] of a cell
+_FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
+_OCCUPIED, _FREE = 0.65, 0.25  # of arrays
 _RECTANGLES = 500_000  # each takes some 300 bytes
 _RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put together of
+
+Origin = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OccupancyMap:
-    """What a map file says.
+    """What a map says.
 
     Attributes:
         outline: corners (4, 2) of the map, counter-clockwise [m].
@@ -48,43 +63,80 @@ class OccupancyMap:
     rectangles: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entries:
-    """What the YAML file says, checked."""
-
-    image: str
-    resolution: float
-    origin: tuple[float, float, float]
-    occupied_thresh: float
-    free_thresh: float
-    negate: bool
-
-
 def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap:
     """Read a map; its unknown cells count as occupied, unless `unknown_is_free`.
 
     Raises:
         AreaError: a file is missing or cannot be read, an entry is missing or not usable, or no cell is free.
     """
-    entries = _read_entries(file)
-    levels, most, opaque = _read_picture(file, entries.image)
-    value = 255.0 * np.arange(most + 1) / most
-    p = (value if entries.negate else 255.0 - value) / 255.0
-    unknown_is_solid = not unknown_is_free
-    solid = (p > entries.occupied_thresh) | ((p >= entries.free_thresh) & unknown_is_solid)
-    cells = solid[levels]
-    if opaque is not None:
-        cells[~opaque] = unknown_is_solid
-    if cells.all():
-        raise AreaError(f"{file}: no cell of the map is free, at least one must be.")
     try:
-        return map_of(cells[::-1], entries.resolution, entries.origin)
+        entries = _checked(_read_yaml(file))
+        levels, most, opaque = _read_picture(Path(file).parent / entries["image"])
+        value = 255.0 * np.arange(most + 1) / most
+        p = (value if entries["negate"] else 255.0 - value) / 255.0
+        unknown_is_solid = not unknown_is_free
+        solid = (p > entries["occupied_thresh"]) | ((p >= entries["free_thresh"]) & unknown_is_solid)
+        cells = solid[levels]
+        if opaque is not None:
+            cells[~opaque] = unknown_is_solid
+        if cells.all():
+            raise AreaError("no cell of the map is free, at least one must be.")
+        return _map_of(cells[::-1], entries["resolution"], entries["origin"])
     except AreaError as error:
-        raise AreaError(f"{file}: {error}") from None
+        raise AreaError(f"{file}: {error}") from error.__cause__
 
 
-def map_of(cells: Mask, resolution: float, origin: tuple[float, float, float]) -> OccupancyMap:
-    """Return the map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
+def grid_map(
+    array: ArrayLike, resolution: float, origin: Pose2 | Sequence[float], *, unknown_is_free: bool = False
+) -> OccupancyMap:
+    """Return the map of a grid (rows, columns); unknown cells count as occupied, unless `unknown_is_free`.
+
+    Args:
+        array: see the module.
+        resolution: length of a cell [m].
+        origin: pose of the lower left corner of the first cell: x, y [m] and, if given, yaw [rad].
+
+    Raises:
+        AreaError: another shape, no cell, a value, resolution or origin out of range, or no free cell.
+    """
+    cells = _solid(array, unknown_is_free)
+    if not _FINEST <= resolution <= _COARSEST:
+        raise AreaError(f"resolution = {resolution!r}: must be a number from {_FINEST:g} to {_COARSEST:g} m.")
+    pose = (origin.x, origin.y, origin.phi) if isinstance(origin, Pose2) else tuple(origin)
+    pose = (*pose, 0.0) if len(pose) == 2 else pose
+    if len(pose) != 3 or not all(abs(value) <= FARTHEST for value in pose):
+        raise AreaError(f"origin = {origin!r}: must be (x, y) or (x, y, yaw), at most {FARTHEST:g}.")
+    return _map_of(cells, resolution, pose)
+
+
+def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
+    try:
+        given = np.asarray(array)
+    except (TypeError, ValueError) as error:
+        raise AreaError("array must be numbers or bools of shape (rows, columns).") from error
+    if given.dtype.kind not in "biuf":
+        raise AreaError(f"array has values of type {given.dtype}, they must be numbers or bools.")
+    if given.ndim != 2 or given.size == 0:
+        raise AreaError(f"array has shape {given.shape}, it must be (rows, columns), one cell at least.")
+    with np.errstate(over="ignore"):
+        values = given.astype(np.float32)
+    unknown = np.isnan(values) | (values == -1.0)
+    most = 100.0 if (values > 1.0).any() else 1.0
+    odd = ~unknown & ~((values >= 0.0) & (values <= most))
+    if odd.any():
+        row, column = np.argwhere(odd)[0].tolist()
+        raise AreaError(
+            f"array[{row}, {column}] = {given[row, column]}: must be 0 to 1, or 0 to 100, or -1 for unknown."
+        )
+    unknown |= (values > _FREE * most) & (values < _OCCUPIED * most)
+    solid: Mask = np.where(unknown, not unknown_is_free, values >= _OCCUPIED * most)
+    if solid.all():
+        raise AreaError("array: no cell is free, at least one must be.")
+    return solid
+
+
+def _map_of(cells: Mask, resolution: float, origin: Origin) -> OccupancyMap:
+    """The map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
     rectangles = _corners(merged_cells(cells), resolution, origin)
@@ -102,10 +154,7 @@ def merged_cells(cells: Mask) -> Index:
     Raises:
         AreaError: they are far too many.
     """
-    rows, columns = cells.shape
-    framed = np.zeros((rows, columns + 2), dtype=np.int8)
-    framed[:, 1:-1] = cells
-    change = np.diff(framed, axis=1)
+    change = np.diff(np.pad(cells.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     _refuse_more("runs", int(np.count_nonzero(change > 0)), _RUNS)
     row, left = np.nonzero(change > 0)
     right = np.nonzero(change < 0)[1]
@@ -125,7 +174,7 @@ def _refuse_more(of: str, count: int, most: int) -> None:
         )
 
 
-def _corners(rectangles: Index, resolution: float, origin: tuple[float, float, float]) -> Array:
+def _corners(rectangles: Index, resolution: float, origin: Origin) -> Array:
     """Corners (n, 4, 2) [m], counter-clockwise, of rectangles (n, 4) of cells: left, bottom, right, top."""
     corners = resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
     x, y, yaw = origin
@@ -133,92 +182,93 @@ def _corners(rectangles: Index, resolution: float, origin: tuple[float, float, f
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
 
 
-# -- the YAML file -------------------------------------------------------------------------------------------
-
-
-def _read_entries(file: files.File) -> _Entries:
+def _read_yaml(file: files.File) -> dict[str, Any]:
     try:
         found = files.from_yaml(files.content(file, files.YAML))
     except OSError as error:
-        raise AreaError(f"{file}: cannot be read ({error.strerror}).") from error
+        raise AreaError(f"cannot be read ({error.strerror}).") from error
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise AreaError(f"{file}: is no YAML file (line {line}: {error.problem}).") from error
+        raise AreaError(f"is no YAML file (line {line}: {error.problem}).") from error
     except ValueError as error:
-        raise AreaError(f"{file}: is no YAML file, or {error}.") from error
+        raise AreaError(f"is no YAML file, or {error}.") from error
     if not isinstance(found, dict):
-        raise AreaError(f"{file}: must be a YAML file with the keys {', '.join(_KEYS)}.")
+        raise AreaError(f"must be a YAML file with the keys {', '.join(_KEYS)}.")
+    return found
+
+
+def _checked(found: dict[str, Any]) -> dict[str, Any]:
+    """The entries of the YAML file, each turned into what it says."""
     for key in _KEYS:
         if key not in found:
-            raise AreaError(f"{file}: {key} is missing, a map needs {', '.join(_KEYS)}.")
+            raise AreaError(f"{key} is missing, a map needs {', '.join(_KEYS)}.")
     mode = found.get("mode", "trinary")
     if str(mode).lower() != "trinary":
-        raise AreaError(f"{file}: mode = {shown(mode)}: must be trinary, scale and raw are not supported.")
-    free, occupied = (_number(file, found, key, 0.0, 1.0) for key in ("free_thresh", "occupied_thresh"))
+        raise AreaError(f"mode = {shown(mode)}: must be trinary, scale and raw are not supported.")
+    entries = {}
+    for key, (turn, allowed) in _ALLOWED.items():
+        try:
+            entries[key] = turn(found[key])
+        except (TypeError, ValueError, OverflowError):
+            raise AreaError(f"{key} = {shown(found[key])}: must be {allowed}.") from None
+    free, occupied = entries["free_thresh"], entries["occupied_thresh"]
     if free > occupied:
-        raise AreaError(f"{file}: free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
-    if found["negate"] not in (0, 1):
-        raise AreaError(f"{file}: negate = {shown(found['negate'])}: must be 0 or 1.")
-    return _Entries(
-        image=_image(file, found["image"]),
-        resolution=_number(file, found, "resolution", FINEST, COARSEST),
-        origin=_origin(file, found["origin"]),
-        occupied_thresh=occupied,
-        free_thresh=free,
-        negate=bool(found["negate"]),
-    )
+        raise AreaError(f"free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
+    return entries
 
 
-def _image(file: files.File, value: Any) -> str:
-    if not isinstance(value, str) or not value or "\0" in value:
-        raise AreaError(f"{file}: image = {shown(value)}: must be the name of a PGM or PNG file.")
-    return value
+def _number(least: float, most: float) -> Callable[[Any], float]:
+    """Turns an entry into a number; PyYAML takes 5e-2 for a text, other readers don't."""
+
+    def turn(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise TypeError
+        number = float(value)
+        if not (isfinite(number) and least <= number <= most):
+            raise ValueError
+        return number
+
+    return turn
 
 
-def _origin(file: files.File, value: Any) -> tuple[float, float, float]:
-    x, y, yaw = (
-        (_float(each) for each in value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
-    )
-    if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > FARTHEST:
-        raise AreaError(
-            f"{file}: origin = {shown(value)}: must be [x, y, yaw], numbers of at most {FARTHEST:g}."
-        )
+def _origin(value: Any) -> Origin:
+    if not isinstance(value, list):
+        raise TypeError
+    x, y, yaw = map(_number(-FARTHEST, FARTHEST), value)
     return x, y, yaw
 
 
-def _number(file: files.File, found: dict[str, Any], key: str, least: float, most: float) -> float:
-    value = _float(found[key])
-    if value is None or not least <= value <= most:
-        raise AreaError(f"{file}: {key} = {shown(found[key])}: must be a number from {least:g} to {most:g}.")
+def _image(value: Any) -> str:
+    if not isinstance(value, str) or not value or "\0" in value:
+        raise TypeError
     return value
 
 
-def _float(value: Any) -> float | None:
-    """A finite number, or nothing; PyYAML takes 5e-2 for a text, other readers don't."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return None
-    try:
-        number = float(value)
-    except (ValueError, OverflowError):
-        return None
-    return number if isfinite(number) else None
+def _negate(value: Any) -> bool:
+    return bool((0, 1).index(value))
 
 
-# -- the picture ---------------------------------------------------------------------------------------------
+_ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
+    "free_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
+    "occupied_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
+    "negate": (_negate, "0 or 1"),
+    "image": (_image, "the name of a PGM or PNG file"),
+    "resolution": (_number(_FINEST, _COARSEST), f"a number from {_FINEST:g} to {_COARSEST:g}"),
+    "origin": (_origin, f"[x, y, yaw], numbers of at most {FARTHEST:g}"),
+}
 
 
-def _read_picture(file: files.File, image: str) -> tuple[NDArray[Any], int, Mask | None]:
+def _read_picture(file: Path) -> tuple[NDArray[Any], int, Mask | None]:
     """Levels (rows, columns), 0 to the one returned with them, and which pixels are opaque; None: all."""
-    where = Path(file).parent / image
     try:
-        return _levels(files.picture(where))
+        return _levels(files.picture(file))
     except UnidentifiedImageError as error:
-        raise AreaError(f"{file}: {where} is no picture, it must be PGM or PNG.") from error
+        raise AreaError(f"{file} is no picture, it must be PGM or PNG.") from error
     except ValueError as error:
-        raise AreaError(f"{file}: {where} {error}.") from error
+        raise AreaError(f"{file} {error}.") from error
     except OSError as error:
         reason = getattr(error, "strerror", None) or error
-        raise AreaError(f"{file}: {where} cannot be read as PGM or PNG ({reason}).") from error
+        raise AreaError(f"{file} cannot be read as PGM or PNG ({reason}).") from error
 
 
 def _levels(picture: Image.Image) -> tuple[NDArray[Any], int, Mask | None]:

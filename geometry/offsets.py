@@ -16,26 +16,38 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import pi
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex, Mask
-from geometry.counts import spread, steps
+from geometry.doors import Admitted
 from geometry.errors import CorridorError
 from geometry.part import PathPart
-from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
+from geometry.sampling import SPACING, as_complex, as_pairs, number_steps, steps, thin_out
 
 _PROBE = 1e-3  # [m]
-_BLOCK = 20  # points of a boundary that are looked at together
 _AT_A_TIME = 8_000  # points that are computed together: a long route takes little memory meanwhile
 _PIECES = 30  # pieces of path, likewise
-_STEP = 1.0  # [m] of path that is
 _ROUNDING = 1e-9 * SPACING  # [m]: a length of whole steps has no more of them
 _GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
 _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
+
+
+@dataclass(frozen=True, slots=True)
+class Narrowing(Admitted, error=CorridorError):
+    """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
+
+    Attributes:
+        start, end: theta on the whole route, 0 <= start < end <= its length [m].
+        left, right: offsets there, left > 0 > right; None: as elsewhere [m].
+    """
+
+    start: float
+    end: float
+    left: float | None = None
+    right: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,16 +74,16 @@ class _Raw:
     """An untrimmed boundary of k points beside a part of a path, `folded` where it runs backwards."""
 
     part: PathPart
+    sections: Sections
+    distance: _PathDistance
     theta: Array
     offset: Array
     folded: Mask
 
     def points(self, start: int, stop: int) -> Complex:
-        """Those from one to before another, x + iy [m]."""
         return _points(self.part, self.theta[start:stop], self.offset[start:stop])
 
     def point(self, i: int) -> complex:
-        """One of them [m]."""
         return complex(self.points(i, i + 1)[0])
 
 
@@ -83,24 +95,18 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
         sections: the offsets of both sides.
         values: (b,) those of this side, sections.left or sections.right.
     """
-    lines = []
-    for pieces in _pieces(part, sections, values):
-        line = np.concatenate(pieces)
-        pieces.clear()  # those of a long route are large
-        lines.append(as_pairs(merged(line)))
-    return lines
+    return [as_pairs(thin_out(np.concatenate(pieces))) for pieces in _pieces(part, sections, values)]
 
 
 def _pieces(part: PathPart, sections: Sections, values: Array) -> list[list[Complex]]:
     """Of each polyline of `trimmed` the pieces (k,), end to end [m]."""
-    distance = _PathDistance(part)
-    raw = _untrimmed(part, sections.breaks, values)
-    kept = ~raw.folded & ~_is_inside(part, sections, distance, raw.theta, raw.offset)
+    raw = _untrimmed(part, sections, values)
+    kept = ~raw.folded & ~_is_inside(raw, raw.theta, raw.offset)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], kept, [0])).astype(np.int8)))
     runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
     if not runs:
         return []
-    lines: list[list[Complex]] = [[_opened(part, sections, distance, raw, runs[0][0], -1)]]
+    lines: list[list[Complex]] = [[_opened(raw, runs[0][0], -1)]]
     body = raw.points(*runs[0])
     for before, after in pairwise(runs):
         joint = _crossing(raw, before, after)
@@ -108,28 +114,25 @@ def _pieces(part: PathPart, sections: Sections, values: Array) -> list[list[Comp
         if joint is not None:
             body, following = _cut(body, joint), _cut(following[::-1], joint)[::-1]
             lines[-1].append(body)
-        elif _is_closed(distance, raw, before, after):
+        elif _is_closed(raw, before, after):
             lines[-1].append(body)
         else:
-            lines[-1] += [body, _opened(part, sections, distance, raw, before[1] - 1, 1)]
-            lines.append([_opened(part, sections, distance, raw, after[0], -1)])
+            lines[-1] += [body, _opened(raw, before[1] - 1, 1)]
+            lines.append([_opened(raw, after[0], -1)])
         body = following
-    lines[-1] += [body, _opened(part, sections, distance, raw, runs[-1][1] - 1, 1)]
+    lines[-1] += [body, _opened(raw, runs[-1][1] - 1, 1)]
     return lines
 
 
-def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
+def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
     """Sample a side at most SPACING apart, with transverse edges where the offset steps."""
     thetas, offsets, folded = [], [], []
-    for i, (a, b) in enumerate(pairwise(breaks)):
+    for i, (a, b) in enumerate(pairwise(sections.breaks)):
         if i > 0 and values[i] != values[i - 1]:
-            n = (
-                int(steps(abs(values[i] - values[i - 1]), SPACING, "a step of a boundary", CorridorError)[0])
-                + 1
-            )
-            offsets.append(np.linspace(values[i - 1], values[i], n)[1:-1])
-            thetas.append(np.full(n - 2, a))
-            folded.append(np.zeros(n - 2, dtype=np.bool_))
+            n = int(steps(abs(values[i] - values[i - 1]), SPACING, "a step of a boundary", CorridorError)[0])
+            offsets.append(np.linspace(values[i - 1], values[i], n + 1)[1:-1])
+            thetas.append(np.full(n - 1, a))
+            folded.append(np.zeros(n - 1, dtype=np.bool_))
         inner = part.knots[(part.knots > a) & (part.knots < b)]
         ends = np.concatenate(([a], inner, [b]))
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
@@ -137,12 +140,17 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
         counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         for k in range(0, counts.size, _PIECES):
             count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
-            piece, step = spread(count)
+            piece, step = number_steps(count)
             thetas.append(begin[piece] + length[piece] * step / (count[piece] - 1))
             offsets.append(np.broadcast_to(values[i], piece.shape))
             folded.append(stretch[k + piece] < -1e-9)
     return _Raw(
-        part=part, theta=np.concatenate(thetas), offset=np.concatenate(offsets), folded=np.concatenate(folded)
+        part=part,
+        sections=sections,
+        distance=_PathDistance(part),
+        theta=np.concatenate(thetas),
+        offset=np.concatenate(offsets),
+        folded=np.concatenate(folded),
     )
 
 
@@ -161,20 +169,13 @@ class _PathDistance:
 
     def __init__(self, part: PathPart) -> None:
         self._part = part
-        self._samples: tuple[Array, cKDTree[None]] | None = None
-
-    def _sampled(self) -> tuple[Array, cKDTree[None]]:
-        """Theta of the samples [m] and their tree, made when the first point asks: often none does."""
-        if self._samples is None:
-            theta = self._part.places(SPACING)
-            tree = as_tree(_points(self._part, theta, np.zeros(theta.size)), leafsize=32)
-            self._samples = theta, tree
-        return self._samples
+        self._theta = part.places(SPACING)
+        samples = _points(part, self._theta, np.zeros(self._theta.size))
+        self._tree = cKDTree(as_pairs(samples), leafsize=32)
 
     def __call__(self, points: Complex) -> tuple[Array, Array, Array]:
         """Return distance [m], theta [m] and lateral deviation [m], (n,) each."""
-        samples, tree = self._sampled()
-        theta = samples[tree.query(as_pairs(points))[1]]
+        theta = self._theta[self._tree.query(as_pairs(points))[1]]
         for last in (False, False, True):
             at = self._part.reference(theta)
             dx, dy = points.real - at.x, points.imag - at.y
@@ -189,75 +190,31 @@ class _PathDistance:
         return np.hypot(lag, lateral), theta, lateral
 
 
-def _is_inside(
-    part: PathPart, sections: Sections, distance: _PathDistance, theta: Array, offset: Array
-) -> Mask:
+def _is_inside(raw: _Raw, theta: Array, offset: Array) -> Mask:
     """Equation (1)."""
-    near = _Nearby(part) if theta.size >= 10 * _BLOCK else None
     found = [np.zeros(0, dtype=np.bool_)]
     for i in range(0, theta.size, _AT_A_TIME):
         at, off = theta[i : i + _AT_A_TIME], offset[i : i + _AT_A_TIME]
-        behind = _points(part, at, off + np.copysign(_PROBE, off))
-        inside = np.ones(at.size, dtype=np.bool_)
-        if near is not None:
-            inside = near.may_come_to(behind, at, np.abs(off) + _PROBE)
-        asked = np.flatnonzero(inside)
-        if asked.size:
-            d, to, lateral = distance(behind[asked])
-            inside[asked] = (d < np.abs(off[asked]) - 1e-9) & (d < sections.bound(to, lateral))
-        found.append(inside)
+        d, to, lateral = raw.distance(_points(raw.part, at, off + np.copysign(_PROBE, off)))
+        found.append((d < np.abs(off) - 1e-9) & (d < raw.sections.bound(to, lateral)))
     return np.concatenate(found)
 
 
-class _Nearby:
-    """Where a part of a path may come near to points beside it, looked at in blocks of both."""
-
-    def __init__(self, part: PathPart) -> None:
-        self._along = part.places(_STEP)
-        self._path = as_tree(_points(part, self._along, np.zeros(self._along.size)))
-        self._sharpest = np.abs(part.curvatures).max()
-
-    def may_come_to(self, points: Complex, theta: Array, reach: Array) -> Mask:
-        """Which points (n,), on the path's normals at theta and `reach` (n,) [m] away, it may come nearer to.
-
-        Where |kappa| reach <= 1 a circle of that radius round the point touches the path at theta, and what
-        the path is within pi reach before and behind that stays out of it (Blaschke). So only pieces of path
-        that are farther along than that count, and few boundaries have any of them near.
-        """
-        result = self._sharpest * reach > 1.0
-        if result.all():
-            return np.asarray(result)
-        starts = np.arange(0, theta.size, _BLOCK)
-        sizes = np.diff(np.append(starts, theta.size))
-        middle = points[starts]
-        radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
-        most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
-        near = most + radius + 0.5 * _STEP
-        pairs = as_tree(middle).sparse_distance_matrix(self._path, float(near.max()), output_type="ndarray")
-        block, other = pairs["i"], self._along[pairs["j"]]
-        low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
-        apart = np.maximum(low[block] - other, other - high[block])
-        found = (apart > pi * least[block] - _STEP) & (pairs["v"] <= near[block])
-        counts = np.bincount(block[found], minlength=starts.size)
-        return np.asarray(result | np.repeat(counts > 0, sizes))
-
-
-def _opened(
-    part: PathPart, sections: Sections, distance: _PathDistance, raw: _Raw, end: int, way: int
-) -> Complex:
+def _opened(raw: _Raw, end: int, way: int) -> Complex:
     """The point between the last kept sample of a run and the first dropped one where the boundary ends."""
     out = end + way
     if not 0 <= out < raw.theta.size or raw.folded[out]:
         return raw.points(end, end + 1)
+
+    def between(share: float) -> tuple[Array, Array]:
+        theta = raw.theta[end] + np.array([share]) * (raw.theta[out] - raw.theta[end])
+        return theta, raw.offset[end] + np.array([share]) * (raw.offset[out] - raw.offset[end])
+
     low, high = 0.0, 1.0
     for _ in range(20):
-        share = np.array([0.5 * (low + high)])
-        theta = raw.theta[end] + share * (raw.theta[out] - raw.theta[end])
-        offset = raw.offset[end] + share * (raw.offset[out] - raw.offset[end])
-        inside = bool(_is_inside(part, sections, distance, theta, offset)[0])
-        low, high = (low, float(share[0])) if inside else (float(share[0]), high)
-    theta = raw.theta[end] + np.array([low]) * (raw.theta[out] - raw.theta[end])
-    return _points(part, theta, raw.offset[end] + np.array([low]) * (raw.offset[out] - raw.offset[end]))
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _is_inside(raw, *between(middle))[0] else (middle, high)
+    return _points(raw.part, *between(low))
 
 
 def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> complex | None:
@@ -292,7 +249,7 @@ def _cut(line: Complex, joint: complex) -> Complex:
     return np.append(line[:kept], joint)
 
 
-def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
+def _is_closed(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
     """Whether the straight way over a gap is boundary: it is short or nowhere in the corridor.
 
     Where the offset steps within a fold the ends do not meet; there it has to keep half the offset only,
@@ -304,30 +261,23 @@ def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], afte
     if abs(way) <= _GAP:
         return True
     n = int(steps(abs(way), SPACING, "a gap in a boundary", CorridorError)[0]) + 1
-    d, _, _ = distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
+    d, _, _ = raw.distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())
 
 
-def sections_of(
-    part: PathPart, left: float, right: float, narrowings: Sequence[tuple[float, float, float, float]]
-) -> Sections:
-    """Return the offsets of a part.
-
-    Args:
-        part: the part of the path.
-        left, right: offsets where nothing narrows [m].
-        narrowings: (start, end, left, right) [m], a side that stays as it is being nan; where several hold,
-            the tightest does.
-    """
-    edges = [edge for row in narrowings for edge in row[:2] if part.start < edge < part.end]
+def sections_of(part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]) -> Sections:
+    """Return the offsets of a part; `left`, `right` [m] hold where nothing narrows."""
+    edges = [edge for row in narrowings for edge in (row.start, row.end) if part.start < edge < part.end]
     breaks = np.unique(np.array([part.start, *edges, part.end]))
     middle = 0.5 * (breaks[1:] + breaks[:-1])
     lefts, rights = np.full(middle.size, np.nan), np.full(middle.size, np.nan)
-    for start, end, narrow_left, narrow_right in narrowings:
-        inside = (middle > start) & (middle < end)
-        lefts[inside] = np.fmin(lefts[inside], narrow_left)
-        rights[inside] = np.fmax(rights[inside], narrow_right)
+    for row in narrowings:
+        inside = (middle > row.start) & (middle < row.end)
+        if row.left is not None:
+            lefts[inside] = np.fmin(lefts[inside], row.left)
+        if row.right is not None:
+            rights[inside] = np.fmax(rights[inside], row.right)
     return Sections(
         breaks=breaks,
         left=np.where(np.isnan(lefts), left, lefts),

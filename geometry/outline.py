@@ -15,10 +15,10 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.counts import spread, steps
-from geometry.errors import CorridorError, PathError
+from geometry.errors import CorridorError, InputError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
+from geometry.sampling import number_steps, steps
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
 """What an obstacle may be."""
@@ -28,26 +28,30 @@ _DRAWN = 0.04  # [m] width at which a line or a point is drawn
 _SPACING = 0.25  # [m] between the path points at which the width is measured
 
 
-def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
+def checked_polygon(
+    corners: ArrayLike, name: str, error: type[InputError] = CorridorError
+) -> shapely.Polygon:
     """Return corners (m, 2) [m] as a polygon whose outline runs counter-clockwise.
 
     Raises:
-        CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses itself.
+        InputError: of the class `error`; fewer than 3 corners, numbers that are not finite, or an outline
+            that crosses itself.
     """
-    return _polygon(_points(corners, name), name)
+    return _polygon(_points(corners, name, error), name, error)
 
 
-def checked_shape(corners: ArrayLike, name: str) -> Shape:
+def checked_shape(corners: ArrayLike, name: str, error: type[InputError] = CorridorError) -> Shape:
     """Return corners (m, 2) [m] of an obstacle as a shape: of one a point, of two a line, of more a polygon.
 
     A polygon without area, all corners of which are on one line, is that line or point.
 
     Raises:
-        CorridorError: no corner, numbers that are not finite, or an outline that crosses itself.
+        InputError: of the class `error`; no corner, numbers that are not finite, or an outline that crosses
+            itself.
     """
-    points = _points(corners, name)
+    points = _points(corners, name, error)
     if len(points) == 0:
-        raise CorridorError(f"{name} has no corner, an obstacle needs at least 1.")
+        raise error(f"{name} has no corner, an obstacle needs at least 1.")
     off = points - points[0]
     far = off[int(np.argmax((off**2).sum(axis=1)))]
     length = float(np.hypot(*far))
@@ -55,7 +59,7 @@ def checked_shape(corners: ArrayLike, name: str) -> Shape:
         return shape_of(points[:1])
     along, across = off @ far / length, off @ np.array([-far[1], far[0]]) / length
     if np.abs(across).max() > _ROUNDING * length:
-        return _polygon(points, name)
+        return _polygon(points, name, error)
     return shape_of(points[[int(np.argmin(along)), int(np.argmax(along))]])
 
 
@@ -79,36 +83,35 @@ def drawn_shape(shape: Shape) -> shapely.Polygon:
     return shape.buffer(0.5 * _DRAWN, cap_style="square")
 
 
-def _points(corners: ArrayLike, name: str) -> Array:
-    """Corners (m, 2), the first one not once more at the end."""
+def _points(corners: ArrayLike, name: str, refuse: type[InputError]) -> Array:
     try:
         points = np.array(corners, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise CorridorError(f"{name} must be numbers of shape (m, 2).") from error
+        raise refuse(f"{name} must be numbers of shape (m, 2).") from error
     if points.ndim != 2 or points.shape[1] != 2:
-        raise CorridorError(f"{name} has shape {points.shape}, it must be (m, 2).")
+        raise refuse(f"{name} has shape {points.shape}, it must be (m, 2).")
     if not np.isfinite(points).all():
-        raise CorridorError(f"{name} must be finite numbers.")
+        raise refuse(f"{name} must be finite numbers.")
     if points.size and np.abs(points).max() > FARTHEST:
-        raise CorridorError(f"{name} must have coordinates of at most {FARTHEST:g} m.")
+        raise refuse(f"{name} must have coordinates of at most {FARTHEST:g} m.")
     if len(points) > 1 and (points[0] == points[-1]).all():
         points = points[:-1]
     return points
 
 
-def _polygon(points: Array, name: str) -> shapely.Polygon:
+def _polygon(points: Array, name: str, refuse: type[InputError]) -> shapely.Polygon:
     if len(points) < 3:
-        raise CorridorError(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
+        raise refuse(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
     x, y = (points - points[0]).T
     if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0.0:
         points = points[::-1]
     shape = shapely.Polygon(points)
     if not shape.is_valid:
-        raise CorridorError(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
+        raise refuse(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
     return shape
 
 
-def placed(corners: ArrayLike, frame: Pose2) -> Array:
+def outline_at(corners: ArrayLike, frame: Pose2) -> Array:
     """Return corners (m, 2) [m], given in the frame of a pose, in that in which the pose is given."""
     c, s = cos(frame.phi), sin(frame.phi)
     turned = np.asarray(corners, dtype=np.float64) @ np.array([(c, s), (-s, c)])
@@ -131,7 +134,7 @@ def convex_pieces(shape: Shape) -> list[Array]:
     return [shapely.get_coordinates(triangle)[:-1] for triangle in turned]
 
 
-def merged(pieces: Sequence[Array]) -> list[Array]:
+def merge_convex(pieces: Sequence[Array]) -> list[Array]:
     """Return convex pieces (m_i, 2) with as many put together as are convex then, the longest seams first."""
     shapes = [shapely.Polygon(piece) for piece in pieces]
     while True:
@@ -150,13 +153,13 @@ def merged(pieces: Sequence[Array]) -> list[Array]:
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
     counts = steps(np.diff(part.knots), spacing, "a part of the path", PathError)
-    piece, step = spread(counts)
+    piece, step = number_steps(counts)
     theta = part.knots[piece] + np.diff(part.knots)[piece] * step / counts[piece]
     at = part.reference(np.append(theta, part.end))
     return shapely.LineString(np.column_stack([at.x, at.y]))
 
 
-def split(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
+def split_outline(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
     """Return the outline as polylines (k, 2) of the left and of the right side of the vehicle [m].
 
     It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way

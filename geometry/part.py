@@ -17,18 +17,21 @@ Behind both ends a part goes on straight along the tangent of that end (curvatur
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, isfinite, sin
+from math import atan2, ceil, cos, inf, isfinite, pi, sin
+from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
-from geometry.counts import MOST, steps
-from geometry.doors import Admitted, admit, door, number, numbers
+from geometry.doors import Admitted, admit, door, to_float, to_floats
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
-from geometry.projection import closest, piece_at
+from geometry.sampling import MOST, steps
+
+# 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
+_HEADING_LIMIT: Final = 0.5 * pi + 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +52,7 @@ class PathReference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PathPart(Admitted):
+class PathPart(Admitted, error=PathError):
     """A part of a route that is driven in one direction.
 
     Attributes:
@@ -68,7 +71,7 @@ class PathPart(Admitted):
     phi: Array
 
     def __post_init__(self) -> None:
-        admit(self, PathError)
+        admit(self)
         for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
             values.setflags(write=False)
 
@@ -97,7 +100,7 @@ class PathPart(Admitted):
         """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
 
         Raises:
-            PathError: they are too many, see geometry.counts, or the spacing is not > 0.
+            PathError: they are too many, see geometry.sampling, or the spacing is not > 0.
         """
         if not 1 <= least <= MOST:
             raise PathError(f"least = {least}: must be 1 to {MOST}.")
@@ -110,24 +113,24 @@ class PathPart(Admitted):
 
         Equations (1), (2) of this module.
         """
-        theta = numbers(theta).reshape(-1)
+        theta = to_floats(theta).reshape(-1)
         found = np.empty((4, theta.size))
-        _reference(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction), theta, found)
+        _reference(*self._arrays, theta, found)
         x, y, phi, slope = found
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     @door(late=True)
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
-        theta = np.atleast_1d(numbers(theta))
+        theta = np.atleast_1d(to_floats(theta))
         inside = (theta >= self.knots[0]) & (theta <= self.knots[-1])
-        return np.where(inside, self.curvatures[self._piece(theta)], 0.0)
+        piece = np.searchsorted(self.knots[1:-1], theta, side="right")
+        return np.where(inside, self.curvatures[piece], 0.0)
 
     @door(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        direction = float(self.direction)
-        return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, number(theta)))
+        return Pose2(*_pose(*self._arrays, to_float(theta)))
 
     @door(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:
@@ -167,18 +170,16 @@ class PathPart(Admitted):
                 raise InputError(f"{name} = {value}: a projection needs finite numbers.")
         if reach < 0.0:
             raise InputError(f"reach = {reach}: must be >= 0 m.")
-        start, end = self.start, self.end
-        low, high = start, end
+        low, high = start, end = self.start, self.end
         if near is not None:
             low, high = min(max(near - reach, start), end), min(max(near + reach, start), end)
-        return closest(
-            float(x), float(y), self.knots, self.curvatures, self.x, self.y, self.phi,
-            float(self.direction), low, high, heading is not None, 0.0 if heading is None else float(heading),
-        )  # fmt: skip
+        wanted = 0.0 if heading is None else float(heading)
+        return _closest(float(x), float(y), *self._arrays, low, high, heading is not None, wanted)
 
-    def _piece(self, theta: Array) -> NDArray[np.intp]:
-        """Index (n,) of the piece that speaks at theta (n,)."""
-        return np.searchsorted(self.knots[1:-1], theta, side="right")
+    @property
+    def _arrays(self) -> tuple[Array, Array, Array, Array, Array, float]:
+        """As kernels take them."""
+        return self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction)
 
 
 @kernel
@@ -212,7 +213,7 @@ def _reference_at(
     knots: Array, curvatures: Array, x: Array, y: Array, phi: Array, direction: float, theta: float
 ) -> tuple[float, float, float, float]:
     """Equations (1), (2): x, y, phi, slope."""
-    i = piece_at(knots, theta)
+    i = _piece_at(knots, theta)
     inside = min(max(theta, knots[0]), knots[-1])
     s, slope, beyond = inside - knots[i], direction * curvatures[i], theta - inside
     half = 0.5 * slope * s
@@ -224,3 +225,93 @@ def _reference_at(
         heading,
         slope if beyond == 0.0 else 0.0,
     )
+
+
+@kernel
+def _closest(
+    x: float,
+    y: float,
+    knots: Array1,
+    curvatures: Array1,
+    begin_x: Array1,
+    begin_y: Array1,
+    heading: Array1,
+    direction: float,
+    lowest: float,
+    highest: float,
+    wants: bool,
+    wanted: float,
+) -> float:
+    """Return the theta in [lowest, highest] of the point of a part that is closest to (x, y) [m].
+
+    In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta
+    is nearest or farthest where
+
+        theta - theta_0 = atan2(k u, 1 - k w)/k,          u on a straight,                             (3)
+
+    the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be
+    closest and, if a heading is wanted, the two places where the heading is 90 deg off. Of equals the first
+    wins.
+
+    Args:
+        knots, curvatures, begin_x, begin_y, heading, direction: of a `PathPart`.
+        wants: whether the path must have a heading within 90 deg of the `wanted` one [rad]; ignored if it has
+            that nowhere.
+    """
+    best_square, best_theta, any_square, any_theta = inf, lowest, inf, lowest
+    for i in range(_piece_at(knots, lowest), len(curvatures)):
+        if knots[i] > highest:
+            break
+        phi, k = heading[i], direction * curvatures[i]
+        c, s = direction * cos(phi), direction * sin(phi)
+        dx, dy = x - begin_x[i], y - begin_y[i]
+        u, w = c * dx + s * dy, c * dy - s * dx
+        low = max(knots[i], lowest) - knots[i]
+        high = max(min(knots[i + 1], highest) - knots[i], low)
+        for candidate in range(5 if wants and k != 0.0 else 3):
+            if candidate == 0:
+                local = low
+            elif candidate == 1:
+                local = high
+            elif k == 0.0:
+                local = min(max(u, low), high)
+            elif candidate == 2:
+                local = _into(atan2(k * u, 1.0 - k * w) / k, k, low, high)
+            else:
+                side = -0.5 * pi if candidate == 3 else 0.5 * pi
+                local = _into((wanted - phi + side) / k, k, low, high)
+            half = 0.5 * k * local
+            chord = local * (sin(half) / half if half != 0.0 else 1.0)
+            square = (u - chord * cos(half)) ** 2 + (w - chord * sin(half)) ** 2
+            theta = local + knots[i]
+            if square < any_square or (square == any_square and theta < any_theta):
+                any_square, any_theta = square, theta
+            if wants:
+                off = phi + k * local - wanted
+                if abs(off - 2.0 * pi * round(off / (2.0 * pi))) > _HEADING_LIMIT:
+                    continue
+                if square < best_square or (square == best_square and theta < best_theta):
+                    best_square, best_theta = square, theta
+    found = best_theta if best_square < inf else any_theta
+    return min(max(found, lowest), highest)
+
+
+@inner
+def _piece_at(knots: Array1, theta: float) -> int:
+    """The last piece that begins at theta or before."""
+    first, last = 0, len(knots) - 2
+    while first < last:
+        middle = (first + last + 1) // 2
+        if knots[middle] <= theta:
+            first = middle
+        else:
+            last = middle - 1
+    return first
+
+
+@inner
+def _into(value: float, k: float, low: float, high: float) -> float:
+    """The first value + j 2 pi/|k| that is >= low, cut at high."""
+    period = 2.0 * pi / abs(k)
+    turns = ceil((low - value) / period)
+    return min(max(value + turns * period if turns != 0 else value, low), high)

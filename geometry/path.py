@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import csv
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import TextIOWrapper
 from itertools import pairwise
-from math import isfinite
+from math import isfinite, nan
 from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry import csv_path, interpolation
+from geometry import interpolation
 from geometry.arrays import Array
 from geometry.doors import Admitted, admit, door
-from geometry.errors import PathError
+from geometry.errors import PathError, shown
+from geometry.files import TABLE, File, opened
 from geometry.part import PathPart, PathReference
 from geometry.pose import Pose2
 
+_COLUMNS = ("x", "y", "heading", "direction")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ReferencePath(Admitted):
+class ReferencePath(Admitted, error=PathError):
     """A route, cut at its cusps into parts of one direction.
 
     Theta [m] counts along the whole route and grows over cusps. Position and vehicle heading are continuous.
@@ -32,7 +38,7 @@ class ReferencePath(Admitted):
     parts: tuple[PathPart, ...]
 
     def __post_init__(self) -> None:
-        admit(self, PathError)
+        admit(self)
         if not self.parts:
             raise PathError("parts is empty: a path needs at least one part.")
 
@@ -106,9 +112,7 @@ class ReferencePath(Admitted):
         """
         rows = _pose_rows(poses)
         rows, intervals = interpolation.pose_intervals(rows, _direction_rows(directions, len(rows)))
-        pieces = interpolation.biarcs(rows, intervals)
-        start = Pose2(*rows[0])
-        return cls._from_pieces(start, pieces.directions, pieces.curvatures, pieces.lengths)
+        return cls._from_pieces(Pose2(*rows[0]), *interpolation.biarcs(rows, intervals))
 
     @classmethod
     @door(PathError)
@@ -143,7 +147,7 @@ class ReferencePath(Admitted):
             PathError: the file cannot be read, lacks a column or holds something that is no number (the
                 message names file, row and column), or `from_poses` refuses what it says.
         """
-        poses, directions = csv_path.read_poses(file)
+        poses, directions = _read_poses(file)
         try:
             return cls.from_poses(poses, directions)
         except PathError as error:
@@ -196,7 +200,6 @@ def _check_direction(where: str, direction: float) -> None:
 
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
-    """Values as (n, width) finite numbers, n >= 2."""
     rows = np.array(values, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != width:
         raise PathError(f"{name} has shape {rows.shape}, it must be (n, {width}).")
@@ -211,13 +214,12 @@ def _rows(values: ArrayLike, width: int, name: str) -> Array:
 
 def _pose_rows(poses: Sequence[Pose2] | ArrayLike) -> Array:
     if isinstance(poses, Sequence) and all(isinstance(pose, Pose2) for pose in poses):
-        values = [(pose.x, pose.y, pose.phi) for pose in poses if isinstance(pose, Pose2)]
-        return _rows(np.array(values).reshape(-1, 3), 3, "poses")
+        values = [(each.x, each.y, each.phi) for each in poses if isinstance(each, Pose2)]
+        poses = np.array(values).reshape(-1, 3)
     return _rows(poses, 3, "poses")  # type: ignore[arg-type]
 
 
 def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: int) -> NDArray[np.int64]:
-    """Directions as integers of length n (rows) or n - 1 (intervals)."""
     values = np.asarray(directions)
     if values.ndim == 0:
         values = np.full(n - 1, values)
@@ -227,3 +229,38 @@ def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: in
     if bad.size:
         _check_direction(f"directions[{bad[0]}]", values[bad[0]])
     return values.astype(np.int64)
+
+
+def _read_poses(file: File) -> tuple[Array, NDArray[np.int64]]:
+    """Vehicle poses (n, 3) [m, m, rad] and directions (n,) of a CSV file; the header is row 1."""
+    try:
+        with TextIOWrapper(opened(file, TABLE), encoding="utf-8-sig", newline="") as stream:
+            lines = enumerate(csv.reader(stream), start=1)
+            filled = ((i, row) for i, row in lines if any(map(str.strip, row)))
+            header = [name.strip() for name in next(filled, (1, []))[1]]
+            for name in _COLUMNS:
+                if name not in header:
+                    raise PathError(f"{file}: column {name} is missing, a path needs {', '.join(_COLUMNS)}.")
+            columns = {name: header.index(name) for name in _COLUMNS}
+            values = array("d")  # a row at a time: as text it takes far more
+            for i, row in filled:
+                values.extend(
+                    _number(f"{file}: row {i}, column {name}", row, columns[name]) for name in _COLUMNS
+                )
+                if values[-1] not in (1.0, -1.0):
+                    raise PathError(f"{file}: row {i}, column direction: {values[-1]:g} must be 1 or -1.")
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise PathError(f"{file}: cannot be read ({error}).") from error
+    rows = np.array(values).reshape(-1, len(_COLUMNS))
+    return rows[:, :3].copy(), rows[:, 3].astype(np.int64)
+
+
+def _number(where: str, row: list[str], column: int) -> float:
+    text = row[column].strip() if column < len(row) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = nan
+    if not isfinite(value):
+        raise PathError(f"{where}: {shown(text)} is not a finite number.")
+    return value

@@ -40,7 +40,7 @@ from typing import Final
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Out1, inner, kernel
+from geometry.compiled import inner
 
 PIECES: Final = 5
 """Of a word, at most."""
@@ -136,46 +136,6 @@ def least_cost(x: float, y: float, phi: float, radius: float, back: float, cusp:
     return radius * best
 
 
-@kernel
-def shortest(
-    x: float, y: float, phi: float, radius: float, back: float, cusp: float, lengths: Out1, turns: Out1
-) -> float:
-    """Find the cheapest word from (0, 0, 0) to x, y [m], phi [rad, any branch]; returns its cost [m].
-
-    Args:
-        radius, back, cusp: see `least_cost`.
-        lengths: (PIECES,) [m], filled: negative in reverse, 0 where there is no piece.
-        turns: (PIECES,), filled: 1 to the left, -1 to the right, 0 straight.
-    """
-    all_lengths, all_turns = np.empty((WORDS, PIECES)), np.empty((WORDS, PIECES))
-    count = words(x / radius, y / radius, phi, all_lengths, all_turns)
-    best = inf
-    for i in range(count):
-        row = all_lengths[i]
-        cost = radius * _cost((row[0], row[1], row[2], row[3], row[4]), 1.0, back, cusp / radius)
-        if cost < best:
-            best = cost
-            for k in range(PIECES):
-                lengths[k], turns[k] = radius * row[k], all_turns[i, k]
-    return best
-
-
-@inner
-def after(
-    x: float, y: float, phi: float, length: float, turn: float, radius: float
-) -> tuple[float, float, float]:
-    """Return the pose after a piece from x, y [m], phi [rad].
-
-    Args:
-        length: signed, negative in reverse [m].
-        turn: 1 to the left, -1 to the right, 0 straight.
-        radius: of the arcs [m].
-    """
-    half = 0.5 * turn * length / radius
-    chord = length * (sin(half) / half if half != 0.0 else 1.0)
-    return x + chord * cos(phi + half), y + chord * sin(phi + half), phi + 2.0 * half
-
-
 @inner
 def _symmetry(index: int) -> tuple[float, float, bool]:
     """Whether it is driven in the other direction (-1), mirrored (-1), and from the goal to the start."""
@@ -239,7 +199,6 @@ def _solved(word: int, r: float, theta: float, phi: float) -> tuple[float, float
 
 @inner
 def _pieces(word: int, t: float, u: float, v: float) -> tuple[float, float, float, float, float]:
-    """All lengths of a word."""
     if word in (_LSL, _LSR, _LRL):
         return t, u, v, 0.0, 0.0
     if word == _LRLR_OPPOSED:

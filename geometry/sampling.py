@@ -1,39 +1,69 @@
-"""Points of lines: how densely they are sampled, which of them say nothing, and trees of them."""
+"""Points along something long: how many there may be, how densely it is sampled, which say nothing."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
+from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Complex
+from geometry.arrays import Array, Complex, Index
+from geometry.errors import InputError
 
 SPACING = 0.05  # [m] at most, between samples
-_BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
+_BLOCK = 10_000  # points at a time
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 _CROWDED = 4  # points of a line in each SPACING, above which it is thinned
 _THINNED = 1e-5  # [m] no point that is left out is farther from the line than this
+MOST = 1_000_000
+"""Places along one thing: 50 km of a corridor, 250 km of waypoints. They take some 100 MB meanwhile."""
 
 
-def merged(line: Complex) -> Complex:
+def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError] = InputError) -> Index:
+    """Return the number of steps (n,), at least 1 each, of at most `spacing` [m] along lengths (n,) [m].
+
+    Args:
+        lengths, spacing: see above; what: is as long as that, for the message; refuse: the error to raise.
+
+    Raises:
+        InputError: of the class `refuse`, if they are more than MOST together, or the spacing is not > 0.
+    """
+    if not spacing > 0.0:
+        raise refuse(f"spacing = {spacing}: must be > 0 m.")
+    with np.errstate(over="ignore"):
+        wanted = np.ceil(np.atleast_1d(np.asarray(lengths, dtype=np.float64)) / spacing)
+    wanted = np.maximum(wanted, 1.0)
+    total = float(wanted.sum())
+    if not total <= MOST:
+        length = float(np.sum(lengths))
+        raise refuse(
+            f"{what} is {length:g} m long: at most {MOST * spacing:g} m are allowed, {MOST} places "
+            f"{spacing:g} m apart."
+        )
+    return wanted.astype(np.int64)
+
+
+def number_steps(counts: Index) -> tuple[Index, Index]:
+    """Return of all steps, counts (n,) of them one after the other, their owner and their number in it.
+
+    Both are of shape (sum(counts),).
+    """
+    owner = np.repeat(np.arange(counts.size), counts)
+    return owner, np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def thin_out(line: Complex) -> Complex:
     """Drop points that repeat the one before, and of a line of far too many those that it runs straight past.
 
     Every sample is looked at again and again: what is drawn or scanned a point a millimetre is not seen
     better for it.
     """
-    line = _distinct(line)
+    # In blocks: what a route of many kilometres takes meanwhile stays small.
+    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
+    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
+    line = line if kept.all() else line[kept]
     if line.size < _CROWDED or line.size <= _CROWDED * np.abs(np.diff(line)).sum() / SPACING:
         return line
     return as_complex(shapely.get_coordinates(shapely.LineString(as_pairs(line)).simplify(_THINNED)))
-
-
-def _distinct(line: Complex) -> Complex:
-    """Drop points that repeat the one before."""
-    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
-    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
-    return line if kept.all() else line[kept]
 
 
 def as_complex(points: Array) -> Complex:
@@ -44,8 +74,3 @@ def as_complex(points: Array) -> Complex:
 def as_pairs(points: Complex) -> Array:
     """(...) x + iy as (..., 2)."""
     return np.ascontiguousarray(points).view(np.float64).reshape(*points.shape, 2)
-
-
-def as_tree(points: Complex, **options: Any) -> cKDTree[None]:
-    """The tree in which a point's nearest ones of (n,) are found."""
-    return cKDTree(as_pairs(points), **options)

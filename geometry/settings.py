@@ -43,7 +43,8 @@ class Settings(BaseModel):
         try:
             super().__init__(**_spelt_out(type(self), values))
         except ValidationError as error:
-            raise ConfigError(_explain(type(self), error)) from None
+            problems = (_problem(type(self), item) for item in error.errors())
+            raise ConfigError("; ".join(problems)) from None
 
     def changed(self, **changes: Any) -> Self:
         """Return a checked copy with some settings changed. A dict changes some settings of a group:
@@ -92,7 +93,6 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
 
 
 def _leaves(annotation: Any) -> Iterator[Any]:
-    """The types that an annotation is made of."""
     inner = [each for each in get_args(annotation) if isinstance(each, type) or get_args(each)]
     if not inner:
         yield annotation
@@ -116,10 +116,6 @@ def _spelt_out(cls: type[BaseModel], values: Mapping[str, Any]) -> dict[str, Any
         known = name not in cls.model_fields and bool(long) and long.keys() <= cls.model_fields.keys()
         found |= long if known else {name: value}
     return found
-
-
-def _explain(cls: type[BaseModel], error: ValidationError) -> str:
-    return "; ".join(_problem(cls, item) for item in error.errors())
 
 
 def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
@@ -155,11 +151,8 @@ def _group(cls: type[BaseModel], name: str) -> type[BaseModel] | None:
 
 
 def _elsewhere(name: str, cls: type[BaseModel]) -> str:
-    """Which group of the settings has a setting of this name."""
-    for group, inner in _groups(cls):
-        if name in inner.model_fields:
-            return f"; did you mean '{group}.{name}'?"
-    return ""
+    groups = [group for group, inner in _groups(cls) if name in inner.model_fields]
+    return f"; did you mean '{groups[0]}.{name}'?" if groups else ""
 
 
 def _groups(cls: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[BaseModel]]]:

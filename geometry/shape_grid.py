@@ -9,18 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, inf, isfinite, sin
-from typing import Any, NamedTuple, TypeVar
+from functools import cached_property
+from math import cos, hypot, inf, sin
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.errors import InputError
-
-Values = TypeVar("Values", bound=NDArray[Any])
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
@@ -53,7 +52,7 @@ class SolidShapes(NamedTuple):
     largest: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Body:
     """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
 
@@ -72,15 +71,13 @@ class Body:
         """So many pieces it has."""
         return len(self.starts) - 1
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "shape"}
+
+    @cached_property
     def shape(self) -> BodyShape:
         """The same as kernels take it."""
-        return BodyShape(
-            corners=_read_only(self.corners),
-            starts=_read_only(self.starts),
-            middle=_read_only(self.middle),
-            half=_read_only(self.half),
-        )
+        return BodyShape(*map(_read_only, (self.corners, self.starts, self.middle, self.half)))
 
     def trailing(self, direction: int) -> Array:
         """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
@@ -96,7 +93,7 @@ class Body:
         return cls(corners=corners, starts=starts, middle=0.5 * (low + high), half=0.5 * (high - low))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ShapeGrid:
     """Convex shapes, each of one of several owners.
 
@@ -180,20 +177,13 @@ class ShapeGrid:
         owner = np.pad(self.owner, (0, len(more)))
         return ShapeGrid._of(corners, starts, owner, self.owners)
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "solid"}
+
+    @cached_property
     def solid(self) -> SolidShapes:
         """The same as kernels take it."""
-        return SolidShapes(
-            corners=_read_only(self.corners),
-            starts=_read_only(self.starts),
-            circles=_read_only(self.circles),
-            origin=_read_only(self.origin),
-            cell=self.cell,
-            counts=_read_only(self.counts),
-            begins=_read_only(self.begins),
-            members=_read_only(self.members),
-            largest=self.largest,
-        )
+        return SolidShapes(*(_read_only(getattr(self, name)) for name in SolidShapes._fields))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
         """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
@@ -201,10 +191,7 @@ class ShapeGrid:
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
         found = np.zeros(len(points))
-        _beyond(
-            points, self.corners, self.circles,
-            self.origin, self.cell, self.counts, self.begins, self.members, within, found,
-        )  # fmt: skip
+        _beyond(points, self.solid, within, found)
         return found
 
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -217,11 +204,7 @@ class ShapeGrid:
         """
         poses = checked_poses(poses)
         found = np.empty((len(poses), self.owners))
-        _signed_distances(
-            body.corners, body.starts, body.middle, body.half, poses,
-            self.corners, self.starts, self.owner, self.circles,
-            self.origin, self.cell, self.counts, self.begins, self.members, self.largest, within, found,
-        )  # fmt: skip
+        _signed_distances(body.shape, poses, self.solid, self.owner, within, found)
         return found
 
 
@@ -234,22 +217,16 @@ def checked_poses(poses: Array) -> Array:
     poses = np.ascontiguousarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3:
         raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-    if not _all_finite(poses):
+    if not np.isfinite(poses).all():
         raise InputError("poses must be finite numbers.")
     return poses
 
 
-@kernel
-def _all_finite(poses: Array2) -> bool:
-    for n in range(len(poses)):
-        for j in range(3):
-            if not isfinite(poses[n, j]):
-                return False
-    return True
-
-
-def _read_only(values: Values) -> Values:
-    view = values.view()
+def _read_only(value: Any) -> Any:
+    """A view of an array as kernels take it; a number itself. A pickled array comes back writable."""
+    if not isinstance(value, np.ndarray):
+        return value
+    view = value.view()
     view.setflags(write=False)
     return view
 
@@ -269,7 +246,6 @@ def _box(rings: Sequence[Array]) -> tuple[Array, Array]:
 
 @kernel
 def _bound(corners: Array2, starts: Index1, circles: Out2) -> None:
-    """Circles (x, y, radius) around the boxes of shapes."""
     for i in range(len(circles)):
         first, stop = starts[i], starts[i + 1]
         low_x, high_x = corners[first, 0], corners[first, 0]
@@ -321,19 +297,11 @@ def cell_at(x: float, origin: float, cell: float, count: int) -> int:
 
 @inner
 def cells_around(
-    x: float,
-    y: float,
-    c: float,
-    s: float,
-    middle: Array,
-    half: Array,
-    within: float,
-    origin: Array,
-    cell: float,
-    counts: Index,
+    x: float, y: float, c: float, s: float, body: BodyShape, solid: SolidShapes, within: float
 ) -> tuple[int, int, int, int]:
     """First and last row, first and last column of the cells within reach of a body at x, y, its heading
-    given by c and s, its bounding box by its `middle` and half lengths `half`."""
+    given by c and s."""
+    middle, half, origin, cell, counts = body.middle, body.half, solid.origin, solid.cell, solid.counts
     at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
     reach_x = abs(c) * half[0] + abs(s) * half[1] + within
     reach_y = abs(s) * half[0] + abs(c) * half[1] + within
@@ -369,47 +337,29 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 @kernel
 def _signed_distances(
-    body: Array2,
-    pieces: Index1,
-    middle: Array1,
-    half: Array1,
-    poses: Array2,
-    corners: Array2,
-    starts: Index1,
-    owner: Index1,
-    circles: Array2,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: Index1,
-    members: Index1,
-    largest: int,
-    within: float,
-    found: Out2,
+    body: BodyShape, poses: Array2, solid: SolidShapes, owner: Index1, within: float, found: Out2
 ) -> None:
-    shape, witness = np.empty((largest, 2)), np.empty(WITNESS)
+    shape, witness = np.empty((solid.largest, 2)), np.empty(WITNESS)
     for n in range(len(poses)):
         for j in range(len(found[n])):
             found[n, j] = within
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(
-            x, y, c, s, middle, half, within, origin, cell, counts
-        )
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
-            for k in range(begins[first_cell], begins[last_cell + 1]):
-                i = members[k]  # once more in a later cell, which does no harm
-                dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - middle[0], c * dy - s * dx - middle[1]
-                limit = found[n, owner[i]] + circles[i, 2]
-                if least_to_box(ahead, aside, half) >= limit or to_box(ahead, aside, half) >= limit:
+            first_cell, last_cell = row * solid.counts[0] + first_column, row * solid.counts[0] + last_column
+            for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+                i = solid.members[k]  # once more in a later cell, which does no harm
+                dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                limit = found[n, owner[i]] + solid.circles[i, 2]
+                if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
                     continue
-                count, least = starts[i + 1] - starts[i], found[n, owner[i]]
-                in_frame(corners, starts[i], count, x, y, c, s, shape)
-                for piece in range(len(pieces) - 1):
-                    first, stop = pieces[piece], pieces[piece + 1]
-                    distance_between(body, first, stop, shape, 0, count, least, witness)
+                count, least = solid.starts[i + 1] - solid.starts[i], found[n, owner[i]]
+                in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
+                for piece in range(len(body.starts) - 1):
+                    first, stop = body.starts[piece], body.starts[piece + 1]
+                    distance_between(body.corners, first, stop, shape, 0, count, least, witness)
                     least = min(least, witness[VALUE])
                 found[n, owner[i]] = least
         for j in range(len(found[n])):
@@ -433,9 +383,7 @@ def clearance_at(
     `shape` (largest, 2) and `witness` (7,) are room to work in.
     """
     least, c, s = within, cos(phi), sin(phi)
-    first_row, last_row, first_column, last_column = cells_around(
-        x, y, c, s, body.middle, body.half, within, solid.origin, solid.cell, solid.counts
-    )
+    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
     for row in range(first_row, last_row + 1):
         first_cell = row * solid.counts[0] + first_column
         last_cell = row * solid.counts[0] + last_column
@@ -496,18 +444,9 @@ def to_box(x: float, y: float, half: Array) -> float:
 
 
 @kernel
-def _beyond(
-    points: Array2,
-    corners: Array2,
-    circles: Array2,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: Index1,
-    members: Index1,
-    within: float,
-    found: Out1,
-) -> None:
+def _beyond(points: Array2, solid: SolidShapes, within: float, found: Out1) -> None:
+    corners, circles = solid.corners, solid.circles
+    origin, cell, counts = solid.origin, solid.cell, solid.counts
     if len(circles) == 0:
         return
     tied = np.empty(MOST_TIED, np.int64)
@@ -528,9 +467,13 @@ def _beyond(
             ):
                 first_cell = row * counts[0] + cell_at(x - reach, origin[0], cell, counts[0])
                 last_cell = row * counts[0] + cell_at(x + reach, origin[0], cell, counts[0])
-                for k in range(begins[first_cell], begins[last_cell + 1]):
-                    i = members[k]
-                    dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
+                for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+                    i = solid.members[k]
+                    dx, dy, far = (
+                        circles[i, 0] - x,
+                        circles[i, 1] - y,
+                        least + circles[i, 2],
+                    )
                     if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
                         continue
                     edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from estimation import CharucoBoard
 from geometry import InputError, Pose2
 from geometry.doors import Admitted, admit, door
-from geometry.outline import checked_polygon, placed
+from geometry.outline import checked_polygon, outline_at
 from rti_mpcc.types import Array
 
 Then = Literal["stop", "continue", "home"]
@@ -182,14 +182,14 @@ class Dock(Step):
             return ()
         far, turn = self.uncertainty
         poses = [replace(self.pose, phi=self.pose.phi + angle) for angle in (-turn, 0.0, turn)]
-        bodies = shapely.MultiPoint(np.concatenate([placed(self.body, pose) for pose in poses]))
+        bodies = shapely.MultiPoint(np.concatenate([outline_at(self.body, pose) for pose in poses]))
         around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
         return (tuple((x, y) for x, y in shapely.get_coordinates(around)[:-1].tolist()),)
 
     @door(late=True)
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of the body, where the dock is at this pose; None: there is none."""
-        return None if self.body is None else placed(self.body, pose)
+        return None if self.body is None else outline_at(self.body, pose)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import shapely
 from benchmarks.problems.scene_scenario import scenario_of
 from benchmarks.problems.scenes import drawn_scene
 from geometry import Area, Pose2
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
@@ -76,7 +76,7 @@ def _drawn(random: np.random.Generator, name: str) -> DrawnMission | None:
     side = float(random.choice((-1.0, 1.0)))
     other = Pose2(goal.x + side * (CAPSULE[1] + draw(1.0, 2.5)), goal.y, goal.phi)
     body = _capsule(vehicle)
-    obstacles = [placed(body, other), *_containers(random, wide, high, goal)]
+    obstacles = [outline_at(body, other), *_containers(random, wide, high, goal)]
     start = Pose2(draw(3.0, wide - 3.0), draw(6.0, high - 3.0), draw(-pi, pi))
     boundary = np.array([(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)])
     off = _off(random)
@@ -88,8 +88,8 @@ def _drawn(random: np.random.Generator, name: str) -> DrawnMission | None:
         "description": "a drawn mission: a capsule is picked up where it is not expected",
         "start": {"pose": _row(frame.compose(start))},
         "area": {
-            "boundary": placed(boundary, frame).tolist(),
-            "obstacles": [placed(each, frame).tolist() for each in obstacles],
+            "boundary": outline_at(boundary, frame).tolist(),
+            "obstacles": [outline_at(each, frame).tolist() for each in obstacles],
         },
         "goal": {
             "pose": _row(frame.compose(goal)),
@@ -170,7 +170,7 @@ def _containers(random: np.random.Generator, wide: float, high: float, goal: Pos
         size = random.uniform((1.0, 1.0), (6.0, 2.5))
         half = 0.5 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * size
         place = Pose2(random.uniform(0.0, wide), random.uniform(0.0, high), random.uniform(-pi, pi))
-        outline = placed(half, place)
+        outline = outline_at(half, place)
         if not free.intersects(shapely.Polygon(outline)):
             found.append(outline)
     return found
@@ -190,7 +190,7 @@ def _possible(start: Pose2, goal: Pose2, off: Pose2, area: Area, body: Array) ->
     if float(np.hypot(start.x - goal.x, start.y - goal.y)) < FROM_DOCK:
         return False
     for dock in (goal, goal.compose(off)):
-        solid = area.with_obstacles([placed(body, dock)])
+        solid = area.with_obstacles([outline_at(body, dock)])
         if not plan_manoeuvre(start, dock, solid, config).found:
             return False
     return True

@@ -17,7 +17,7 @@ import shapely
 from benchmarks.problems.scene_parts import SPARE, Draw, Layout, box, ring
 from benchmarks.problems.witness import Drive, Ground
 from geometry import Pose2
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.types import Array
 
 MOVES = 12
@@ -67,7 +67,7 @@ def _court_area(draw: Draw, half: float, corners: Array) -> Any:
     for _ in range(int(draw.random.integers(3))):
         nook = box(0.0, 0.0, draw(0.3, 0.9) * draw.length, draw(0.3, 0.9) * draw.length)
         x, y = (corners[draw.random.integers(4)] + draw.random.uniform(-0.5, 0.0, 2) * draw.length).tolist()
-        parts.append(shapely.Polygon(placed(nook, Pose2(x, y, draw(-0.2, 0.2)))))
+        parts.append(shapely.Polygon(outline_at(nook, Pose2(x, y, draw(-0.2, 0.2)))))
     return shapely.union_all(parts)
 
 

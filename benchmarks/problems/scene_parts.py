@@ -11,7 +11,7 @@ import shapely
 
 from benchmarks.problems.witness import Drive, Ground
 from geometry import Pose2
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
 from rti_mpcc.types import Array
 
@@ -91,7 +91,7 @@ class Draw:
         corners = box(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width)
         if self.chance(0.5):
             corners = _cut(corners, self(0.08, 0.25) * width)
-        return placed(corners, Pose2(x, y, heading))
+        return outline_at(corners, Pose2(x, y, heading))
 
     def thing(self, x: float, y: float, size: float) -> Array:
         """A polygon (m, 2) around (x, y) [m], about `size` [m] across: a box, convex, a star or an angle."""
@@ -109,7 +109,7 @@ class Draw:
             radius = 0.5 * size * (self.random.uniform(0.4, 1.0, count) if kind == 2 else np.ones(count))
             corners = radius[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
             corners = corners * np.array([1.0, self(0.4, 1.0)])
-        return placed(corners, Pose2(x, y, self(-pi, pi)))
+        return outline_at(corners, Pose2(x, y, self(-pi, pi)))
 
     def strewn(self, drive: Drive, region: Array, count: int, size: tuple[float, float]) -> list[Array]:
         """At most `count` things of a size [m] in a region (m, 2), all of them clear of a drive."""

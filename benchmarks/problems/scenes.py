@@ -19,7 +19,7 @@ from benchmarks.problems.scene_parking import bay, slot
 from benchmarks.problems.scene_parts import Draw, Layout
 from benchmarks.problems.witness import Drive
 from geometry import Pose2, wrap
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
@@ -213,7 +213,7 @@ def _frame(random: np.random.Generator) -> Pose2:
 
 def _in_world(corners: Array, frame: Pose2, mirrored: bool) -> Array:
     """Corners (m, 2) of a layout, mirrored at its x axis or not, in the world: counter-clockwise."""
-    there = placed(corners * np.array([1.0, -1.0 if mirrored else 1.0]), frame)
+    there = outline_at(corners * np.array([1.0, -1.0 if mirrored else 1.0]), frame)
     moved: Array = np.ascontiguousarray(there if shapely.LinearRing(there).is_ccw else there[::-1])
     moved.flags.writeable = False
     return moved

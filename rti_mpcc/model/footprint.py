@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from geometry import Corridor
-from geometry.outline import checked_polygon, convex_pieces, merged
+from geometry.outline import checked_polygon, convex_pieces, merge_convex
 from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
@@ -29,7 +29,7 @@ def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
 
 @lru_cache(maxsize=64)
 def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
-    return Body.of(*merged(convex_pieces(checked_polygon(outline, "outline"))))
+    return Body.of(*merge_convex(convex_pieces(checked_polygon(outline, "outline"))))
 
 
 @lru_cache(maxsize=64)

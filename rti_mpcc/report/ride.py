@@ -15,7 +15,7 @@ import numpy as np
 from estimation import CharucoDetection, CharucoGoalDetector, GoalStatus, Judgement
 from estimation.charuco import opencv
 from geometry import Area, Corridor, Pose2, ReferencePath
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
@@ -203,7 +203,7 @@ def ride_of_run(
     body, planned = scenario.goal.body, None
     if scenario.goal.measurement is not None and result.goal_source is not GoalSource.KNOWN:
         planned = scenario.planned_goal(result.given_path)
-    docked = None if body is None else placed(body, Pose2(*truth.goals[-1].tolist()))
+    docked = None if body is None else outline_at(body, Pose2(*truth.goals[-1].tolist()))
     changes = result.besides
     if result.area is None:
         changes = tuple((start, corridor.obstacles) for start, corridor in result.corridors)

@@ -12,7 +12,7 @@ import shapely
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
@@ -163,7 +163,7 @@ def with_body(
     """The obstacles of each time, with what is docked at until the vehicle drives on straight to touch it."""
     if body is None:
         return list(changes)
-    outline = placed(body, goal)
+    outline = outline_at(body, goal)
     touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
     if touched is None:
         return [(at, (*some, outline)) for at, some in changes]
@@ -317,7 +317,7 @@ class _Run:
         body = self.scenario.goal.body
         if body is None:
             return False
-        return touches(self.plant.pose, self.config.vehicle, placed(body, self.feed.goal))
+        return touches(self.plant.pose, self.config.vehicle, outline_at(body, self.feed.goal))
 
     def _onto_route(self, command: Command, now: float) -> None:
         """Count progress on the part that is driven now, maybe of a route that was planned in this cycle."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import hypot
 
 import numpy as np
@@ -12,13 +12,11 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalPose
 from geometry import Pose2, wrap
 
 Array = NDArray[np.float64]
-Truth = Callable[[float], Pose2]
 
 GOAL = Pose2(4.0, -2.0, 3.12)
 """Its heading is 0.02 rad before pi, less than a detection is off: both branches are seen."""
 STD = np.array([0.05, 0.05, 0.035])
 """Of one detection at the default reference range [m, m, rad]."""
-AGREE = {"abs": 1e-12, "rel": 1e-12}
 
 
 def seen(goal: Pose2, stamp: float, random: np.random.Generator | None = None) -> GoalMeasurement:

@@ -22,25 +22,6 @@ def test_a_rear_camera_by_hand() -> None:
     assert pixel == pytest.approx([REAR.cx + REAR.fx * 0.15, REAR.cy + REAR.fy * 0.1])
 
 
-def test_a_front_camera_sees_left_on_the_left() -> None:
-    ahead = Camera(x=1.0, y=0.0, z=1.0, yaw=0.0)
-    pixel = ahead.project([[5.0, 1.0, 2.0]])[0]
-    assert pixel == pytest.approx([ahead.cx - ahead.fx / 4.0, ahead.cy - ahead.fy / 4.0])
-
-
-def test_positive_pitch_looks_down() -> None:
-    down = Camera(x=0.0, y=0.0, z=1.0, yaw=0.0, pitch=0.1)
-    assert down.project([[np.cos(0.1), 0.0, 1.0 - np.sin(0.1)]])[0] == pytest.approx([down.cx, down.cy])
-
-
-def test_positive_roll_is_clockwise_to_who_looks_along() -> None:
-    rolled = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0, roll=0.2)
-    # What is straight above then lies to the left of the camera's own up.
-    above = rolled.project([[1.0, 0.0, 0.3]])[0]
-    assert above[0] < rolled.cx - 10.0
-    assert above[1] < rolled.cy
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_projection_is_opencvs(seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -58,12 +39,6 @@ def test_projection_is_opencvs(seed: int) -> None:
     )
     assert camera.seen(points) == pytest.approx(seen)
     assert camera.project(points) == pytest.approx(expected[:, 0], abs=1e-6)
-
-
-def test_rotation_is_one() -> None:
-    rotation = Camera(yaw=2.0, pitch=0.3, roll=-0.4).rotation
-    assert rotation @ rotation.T == pytest.approx(np.eye(3))
-    assert np.linalg.det(rotation) == pytest.approx(1.0)
 
 
 def test_points_behind_the_camera_are_refused() -> None:
@@ -103,16 +78,6 @@ def test_bad_values_are_refused(kind: Any, values: dict[str, Any], message: str)
         kind(**values)
 
 
-@pytest.mark.parametrize("family", ["4X4", "5X5", "6X6", "7X7"])
-def test_dictionaries_of_a_family_begin_with_the_same_markers(family: str) -> None:
-    aruco: Any = cv2.aruco
-    names = [f"DICT_{family}_{size}" for size in (50, 100, 250, 1000)]
-    lists = [aruco.getPredefinedDictionary(getattr(aruco, name)).bytesList for name in names]
-    for name, markers in zip(names, lists, strict=True):
-        assert CharucoBoard(dictionary=name).dictionary_size == len(markers)
-        assert (markers == lists[-1][: len(markers)]).all()
-
-
 @pytest.mark.parametrize(
     ("other", "shared"),
     [
@@ -128,7 +93,3 @@ def test_boards_with_a_marker_in_common(other: dict[str, Any], shared: bool) -> 
     assert first.shares_markers(second) is shared
     assert second.shares_markers(first) is shared
     assert second.shares_markers(second)
-
-
-def test_other_dictionaries_do_not_tell_their_size() -> None:
-    assert CharucoBoard(dictionary="DICT_APRILTAG_36h11").dictionary_size is None

@@ -7,7 +7,7 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from estimation import GoalFilterConfig, GoalPoseFilter, GoalStatus, Outcome
+from estimation import GoalFilterConfig, GoalStatus, Outcome
 from tests.estimation.detections import (
     GOAL,
     age,
@@ -34,24 +34,6 @@ def test_a_detection_from_the_future_or_the_distant_past_is_refused(stamp: float
     assert judgement.outcome is Outcome.REFUSED
     assert reason in judgement.reason
     assert np.array_equal(numbers(goal_filter.estimate(2.2)), before)
-
-
-def test_a_stamp_within_the_skew_of_the_clocks_is_taken_in_and_its_age_is_not_negative() -> None:
-    goal_filter = tracking()
-    goal_filter.predict(2.1)
-    assert goal_filter.update(seen(GOAL, 2.14)).outcome is Outcome.ACCEPTED
-    assert age(goal_filter.estimate(2.1)) == 0.0
-    assert age(goal_filter.estimate(2.24)) == pytest.approx(0.1)
-
-
-def test_detections_told_before_the_clock_do_not_outlive_it_when_they_are_from_its_future() -> None:
-    goal_filter = GoalPoseFilter()
-    for measurement in (seen(GOAL, 1e9), seen(GOAL, 1e9 + 0.1)):
-        goal_filter.update(measurement)
-    goal_filter.predict(10.0)
-    assert goal_filter.estimate(10.0).status is GoalStatus.SEARCHING
-    outcomes = [judgement.outcome for judgement, _ in told(goal_filter, [seen(GOAL, 10.1), seen(GOAL, 10.2)])]
-    assert outcomes == [Outcome.REJECTED, Outcome.ACQUIRED]
 
 
 @pytest.mark.parametrize("now", NOT_A_TIME)
@@ -98,14 +80,6 @@ def test_a_clock_that_is_set_back_keeps_the_estimate(now: float, moving: bool) -
     last = now + 2.0
     found = [goal_filter.estimate(last + later).status for later in (0.4, 0.6, 2.1)]
     assert found == [GoalStatus.TRACKING, GoalStatus.COASTING, GoalStatus.LOST]
-
-
-def test_a_clock_that_is_set_back_during_the_search_begins_it_anew() -> None:
-    goal_filter = GoalPoseFilter()
-    for _ in told(goal_filter, [seen(GOAL, 100.0)]):
-        pass
-    outcomes = [judgement.outcome for judgement, _ in told(goal_filter, [seen(GOAL, 1.0), seen(GOAL, 1.1)])]
-    assert outcomes == [Outcome.REJECTED, Outcome.ACQUIRED]
 
 
 @pytest.mark.parametrize("moving", [False, True])

@@ -16,16 +16,12 @@ from tests.estimation.detections import (
     covariance,
     kept,
     numbers,
-    off_by,
-    pose,
     seen,
     shifted,
     stamps,
     told,
     tracking,
 )
-
-# -- staleness --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -49,12 +45,6 @@ def test_the_status_follows_from_the_age(after: float, status: GoalStatus, tell:
     assert age(estimate) == pytest.approx(after, rel=1e-9)
 
 
-def test_the_time_until_a_goal_is_lost_is_a_setting() -> None:
-    goal_filter = tracking(GoalFilterConfig(lost_after=8.0))
-    found = [goal_filter.estimate(2.0 + after).status for after in (0.4, 0.6, 7.9, 8.1)]
-    assert found == [GoalStatus.TRACKING, GoalStatus.COASTING, GoalStatus.COASTING, GoalStatus.LOST]
-
-
 def test_rejected_detections_do_not_make_the_estimate_younger() -> None:
     goal_filter = tracking()
     for k, stamp in enumerate(stamps(10.0, 2.1, 3.1)):
@@ -73,25 +63,6 @@ def test_the_covariance_of_a_static_goal_grows_by_drift_squared_per_second() -> 
         assert grown == pytest.approx(seconds * np.diag([9e-4, 9e-4, 4e-4]), rel=1e-9, abs=1e-12)
 
 
-def test_the_covariance_of_a_moving_goal_grows_with_that_of_its_velocity() -> None:
-    config = GoalFilterConfig(moving=True, confirmations=1)
-    goal_filter = GoalPoseFilter(config)
-    ((_, estimate),) = told(goal_filter, [seen(GOAL, 0.0)])
-    drift, rate, first = np.array([0.005, 0.002]), np.array([0.02, 0.01]), np.array([0.2, 0.05])
-    for t in (0.3, 2.0, 20.0):
-        grown = np.diagonal(covariance(goal_filter.estimate(t)) - covariance(estimate))[1:]
-        assert grown == pytest.approx(drift**2 * t + first**2 * t**2 + rate**2 * t**3 / 3.0, rel=1e-9)
-
-
-@pytest.mark.parametrize("moving", [False, True])
-def test_after_lost_a_new_place_takes_the_same_time_as_while_tracking(moving: bool) -> None:
-    goal_filter, goal = tracking(GoalFilterConfig(moving=moving)), shifted(GOAL, along=-30.0, turn=2.0)
-    *before, last = told(goal_filter, [seen(goal, 5.0 + 0.1 * k) for k in range(8)])
-    assert {(one[0].outcome, one[1].status) for one in before} == {(Outcome.REJECTED, GoalStatus.LOST)}
-    assert (last[0].outcome, last[1].status) == (Outcome.ACQUIRED, GoalStatus.TRACKING)
-    assert off_by(last[1], goal) == pytest.approx((0.0, 0.0), abs=1e-9)
-
-
 def test_after_lost_one_detection_where_it_was_is_the_goal() -> None:
     goal_filter = tracking(GoalFilterConfig())
     ((judged, estimate),) = told(goal_filter, [seen(GOAL, 5.0)])
@@ -107,20 +78,6 @@ def test_asking_changes_nothing() -> None:
         one.update(seen(shifted(GOAL, aside=0.05), 2.4))
     assert np.array_equal(numbers(asked.estimate(2.5)), numbers(alone.estimate(2.5)))
     assert np.array_equal(numbers(asked.estimate(9.0)), numbers(asked.estimate(9.0)))
-
-
-# -- order of arrival -------------------------------------------------------------------------------
-
-
-def test_a_late_detection_counts_at_its_stamp() -> None:
-    late, in_time = tracking(GoalFilterConfig(moving=True)), tracking(GoalFilterConfig(moving=True))
-    measurement = seen(shifted(GOAL, aside=0.08), 2.05)
-    late.predict(2.9)
-    assert late.update(measurement).outcome is Outcome.ACCEPTED
-    assert age(late.estimate(2.9)) == pytest.approx(0.85)
-    for _ in told(in_time, [measurement]):
-        pass
-    assert numbers(late.estimate(2.9)) == pytest.approx(numbers(in_time.estimate(2.9)), abs=1e-12)
 
 
 def jumping(seed: int, dropouts: float) -> list[GoalMeasurement]:
@@ -157,20 +114,6 @@ def test_the_order_of_arrival_does_not_matter(moving: bool, dropouts: float) -> 
         assert numbers(other) == pytest.approx(numbers(one), rel=1e-12, abs=1e-12)
 
 
-def test_a_late_detection_can_undo_what_came_after_it() -> None:
-    """A ghost is acquired as nothing else is seen; then the goal's own detections from before arrive."""
-    goal_filter, ghost = tracking(until=1.0), shifted(GOAL, aside=2.0)
-    for _ in told(goal_filter, [seen(ghost, stamp) for stamp in stamps(10.0, 1.1, 1.9)]):
-        pass
-    assert off_by(goal_filter.estimate(1.9), ghost)[0] < 1e-9
-    for stamp in stamps(10.0, 1.05, 1.95):
-        assert goal_filter.update(seen(GOAL, stamp)).outcome is not Outcome.REFUSED
-    assert off_by(goal_filter.estimate(1.9), GOAL)[0] < 1e-9
-
-
-# -- the same again ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("back", [0.0, 0.5, 1.0])
 def test_a_detection_that_is_told_again_is_refused(back: float) -> None:
     """Also the oldest that is not too old yet, exactly at the end of `history`."""
@@ -192,14 +135,3 @@ def test_a_detection_from_the_vehicle_told_again_with_a_better_vehicle_pose_is_r
     second = goal_filter.update(GoalMeasurement(**given, vehicle=Pose2(1.01, 2.0, 0.3)))
     assert (first.outcome, second.outcome) == (Outcome.REJECTED, Outcome.REFUSED)
     assert second.reason == "told already"
-
-
-def test_another_detector_at_the_same_time_is_taken_in() -> None:
-    one, two = tracking(), tracking()
-    for goal_filter in (one, two):
-        goal_filter.predict(2.1)
-        assert goal_filter.update(seen(shifted(GOAL, aside=0.05), 2.1)).outcome is Outcome.ACCEPTED
-    assert two.update(seen(shifted(GOAL, aside=-0.05), 2.1)).outcome is Outcome.ACCEPTED
-    smaller = np.linalg.eigvalsh(covariance(one.estimate(2.1)) - covariance(two.estimate(2.1)))
-    assert smaller.min() > 0.0
-    assert pose(two.estimate(2.1)).y < pose(one.estimate(2.1)).y

@@ -95,29 +95,6 @@ def test_noise_is_learnt_and_taken_out(seed: int) -> None:
     assert (np.abs(np.mean(watch.errors[300:], axis=0)) < 0.15 * NOISE).all()
 
 
-def test_what_moves_the_command_moves_far_less() -> None:
-    """The step from one cycle to the next, beyond what the vehicle does."""
-    watch = Watch(start(), NOISE)
-    watch.drive(1500)
-    steps = np.std(np.diff(watch.errors[300:], axis=0), axis=0)
-    assert (steps[:3] < 0.25 * np.std(np.diff(watch.measured_errors[300:], axis=0), axis=0)[:3]).all()
-
-
-def test_at_rest_it_is_about_the_mean() -> None:
-    watch = Watch(start(v=0.0), NOISE)
-    for _ in range(100):
-        watch.step()
-    assert np.abs(watch.errors[-1][:2]).max() < 0.005
-    # From the second measurement on it counts them.
-    first = Watch(start(v=0.0), NOISE)
-    first.known = MeasurementNoise(variance=NOISE**2, pairs=100)
-    seen = [first.measured]
-    for _ in range(4):
-        first.step()
-        seen.append(first.measured)
-    assert first.state[:2] == pytest.approx(np.mean(seen, axis=0)[:2], abs=0.003)
-
-
 @pytest.mark.parametrize("turn", [0.7, pi, -2.5])
 def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     one, other = Watch(start()), Watch(start())
@@ -141,15 +118,6 @@ def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     assert also.residual == pytest.approx(known.residual, abs=1e-12)
 
 
-def test_headings_may_be_on_any_branch() -> None:
-    known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
-    measured = start(heading=pi - 0.001)
-    expected = start(heading=-pi + 0.001)
-    state, after = filtered(known, measured, expected, expected, CYCLE, 0.0, CURVATURE)
-    assert pi - 0.001 <= state[2] <= pi + 0.001
-    assert after.residual[2] == pytest.approx(-0.002)
-
-
 def test_it_is_never_farther_from_a_measurement_than_noise_explains() -> None:
     watch = Watch(start(), NOISE)
     watch.drive(300)
@@ -160,24 +128,3 @@ def test_it_is_never_farther_from_a_measurement_than_noise_explains() -> None:
     for _ in range(20):
         watch.step()
         assert np.hypot(*(watch.state - watch.true)[:2]) < 0.1
-
-
-def test_a_model_that_is_off_is_followed() -> None:
-    """It slips aside by 2 cm/s: less of that is taken for noise the larger it is."""
-    watch = Watch(start(), 0.1 * NOISE)
-    watch.off[1] = 0.02 * CYCLE
-    watch.drive(300)
-    assert np.abs(watch.errors[-1][1]) < 0.005
-
-
-def test_a_break_counts_measurements_anew() -> None:
-    watch = Watch(start(), NOISE)
-    watch.drive(100)
-    broken = watch.known.broken()
-    assert (broken.run, broken.pairs) == (0, 99)
-    assert broken.variance is watch.known.variance
-    again, known = filtered(broken, watch.measured, watch.true, watch.true, CYCLE, 0.0, CURVATURE)
-    # The first of the new run may be believed no more than half, and tells nothing of the noise.
-    assert known.variance is watch.known.variance
-    assert known.run == 1
-    assert np.isfinite(again).all()

@@ -10,13 +10,8 @@ import shapely
 
 from geometry import Corridor, InputError, Narrowing, Pose2, ReferencePath
 from geometry.arrays import Array
-from geometry.convex import signed_distance
-from geometry.shape_grid import Body
-from tests.geometry.convex_shapes import placed
+from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, placed
 
-FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
-REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
-BODY = Body.of(REAR, FRONT)
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 BLOCKS = [
     [(12.0, 1.0), (14.0, 1.0), (14.0, 2.0), (12.0, 2.0)],
@@ -73,23 +68,7 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_wall() -> N
 
 
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
-    """Equation (S2), but where two pairs of features are about equally near."""
-    asked, step = poses(3), 1e-6
-    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.0)
-    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
-    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
-    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
-    with np.errstate(invalid="ignore"):
-        for i in range(3):
-            ahead, behind = (
-                LANE.contacts(0, BODY, asked + h * np.eye(3)[i], within=5.0, outward=0.0).apart
-                for h in (step, -step)
-            )
-            slopes[..., i] = (ahead - behind) / (2.0 * step)
-            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
-    smooth = np.isfinite(found.apart) & (bends < 1e-3)
-    assert smooth.sum() > 400
-    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)
+    check_slopes(lambda asked: LANE.contacts(0, BODY, asked, within=5.0, outward=0.0), poses(3))
 
 
 def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
@@ -113,74 +92,19 @@ def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
     asked = np.column_stack(
         [random.uniform(5.0, 12.0, 300), random.uniform(0.5, 2.0, 300), random.uniform(-0.5, 0.5, 300)]
     )
-    found, witness, compared = narrowed.contacts(0, BODY, asked, within=2.0, outward=0.0), np.empty(7), 0
+    found, compared = narrowed.contacts(0, BODY, asked, within=2.0, outward=0.0), 0
     for n, pose in enumerate(asked):
         for piece, ring in enumerate((REAR, FRONT)):
             at = placed(ring, pose)
             if at[:, 1].max() > 4.0:
                 continue
-            signed_distance(at, tooth, witness)
+            witness = between(at, tooth)
             if witness[0] < 0.0:
                 normal = found.normal[n, piece, 0] * np.exp(1j * pose[2])
                 assert found.apart[n, piece, 0] == pytest.approx(witness[0], abs=1e-9)
                 assert normal == pytest.approx(witness[1] + 1j * witness[2], abs=1e-9)
                 compared += 1
     assert compared > 100
-
-
-def test_beyond_a_wall_it_is_pulled_back_from_near_and_left_alone_from_afar() -> None:
-    pose = np.array([[20.0, 5.5, 0.0]])  # 0.5 m beyond, 2.5 m to get back
-    near, far = (LANE.contacts(0, BODY, pose, within=within, outward=0.0) for within in (0.6, 0.4))
-    np.testing.assert_allclose(near.apart[0, :, 0], -2.5, atol=1e-9)
-    np.testing.assert_allclose(near.normal[0, :, 0], -1j, atol=1e-9)
-    assert (far.apart[0, :, 0] == inf).all()
-
-
-def test_beyond_an_open_end_nothing_is_forbidden() -> None:
-    found = LANE.contacts(0, BODY, np.array([[-4.2, 5.0, 0.0]]), within=2.0, outward=0.0)
-    assert (found.apart[0, :, 0] > 0.0).all()
-
-
-def test_an_obstacle_is_left_the_shortest_way() -> None:
-    found = LANE.contacts(0, BODY, np.array([[10.0, 0.2, 0.0]]), within=2.0, outward=0.0)
-    assert found.apart[0, 1, 2] == pytest.approx(-0.2)
-    assert found.normal[0, 1, 2] == pytest.approx(-1j)
-    assert found.apart[0, 0, 2] == pytest.approx(0.5)  # the rear piece ends before it
-
-
-def test_beside_a_straight_wall_the_ends_of_the_body_count() -> None:
-    found = LANE.contacts(0, BODY, np.array([[20.0, 2.0, 0.0]]), within=2.0, outward=0.02)
-    np.testing.assert_allclose(found.apart[0, :, 0], 1.0)
-    np.testing.assert_allclose(found.at[0, :, 0], [-0.8 + 1j, 3.7 + 1j])
-    # Turned a little the ends count still, turned more what is nearest.
-    little, more = (
-        LANE.contacts(0, BODY, np.array([[20.0, 2.0, turn]]), within=2.0, outward=0.02)
-        for turn in (0.015, 0.03)
-    )
-    np.testing.assert_allclose(little.at[0, :, 0], [-0.8 + 1j, 3.7 + 1j])
-    np.testing.assert_allclose(more.at[0, :, 0], [1.5 + 1j, 3.7 + 1j])
-
-
-def test_where_in_the_world_it_is_and_how_it_is_turned_does_not_matter() -> None:
-    motion = Pose2(4000.0, -7000.0, 2.3)
-    path = ReferencePath.from_segments(motion, [(1, 0.0, 40.0)])
-    turn = np.array([motion.x, motion.y, motion.phi])
-    moved = Corridor.from_offsets(
-        path, left=4.0, right=-4.0, obstacles=[placed(np.array(block), turn) for block in BLOCKS]
-    )
-    asked = poses(4)
-    there = np.column_stack([placed(asked[:, :2], turn), asked[:, 2] + motion.phi])
-    one, other = (
-        corridor.contacts(0, BODY, each, within=5.0, outward=0.02).apart
-        for corridor, each in ((LANE, asked), (moved, there))
-    )
-    np.testing.assert_allclose(other, one, atol=1e-8)
-
-
-def test_nothing_at_all_is_infinitely_far_and_no_poses_are_fine() -> None:
-    free = Corridor.from_offsets(PATH, left=90.0, right=-90.0)
-    assert (free.contacts(0, BODY, poses(5), within=5.0, outward=0.0).apart == inf).all()
-    assert LANE.contacts(0, BODY, np.zeros((0, 3)), within=5.0, outward=0.0).apart.shape == (0, 2, 3)
 
 
 @pytest.mark.parametrize(

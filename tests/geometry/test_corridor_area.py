@@ -11,7 +11,6 @@ import shapely
 
 from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
 from geometry.corridor_area import area_of
-from geometry.walls import PartWalls
 
 
 def polygon(area: Area) -> shapely.Polygon:
@@ -57,7 +56,7 @@ def test_where_a_bend_folds_a_boundary_away_the_area_is_as_wide_as_to_the_other_
 ) -> None:
     path = ReferencePath.from_segments(Pose2(3.0, 1.0, 0.4), [(direction, side * 0.3, 4.0)])
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    assert not all(corridor.walls[0].lines)
+    assert not all(corridor.lines(0))
     found, part = polygon(area_of(corridor, path, beyond=6.0)), path.parts[0]
     at = part.reference(np.linspace(0.0, 4.0, 30))
     assert shapely.contains_xy(found, at.x, at.y).all()
@@ -67,17 +66,6 @@ def test_where_a_bend_folds_a_boundary_away_the_area_is_as_wide_as_to_the_other_
         assert (shapely.contains_xy(found, *beside)[1:-1] == free).all()
     ends = part.reference(np.array([-5.9, 9.9]))
     assert shapely.contains_xy(found, ends.x, ends.y).all()
-
-
-def test_a_loop_whose_boundaries_fold_one_another_away_is_known() -> None:
-    """Its end comes back to its begin: there the lanes of both are one."""
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.15, 38.0)])
-    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
-    found, part = polygon(area_of(corridor, path, beyond=10.0)), path.parts[0]
-    at = part.reference(np.linspace(0.0, 38.0, 100))
-    assert shapely.contains_xy(found, at.x, at.y).all()
-    across = at.x + 4.1 * np.sin(at.phi), at.y - 4.1 * np.cos(at.phi)
-    assert not shapely.contains_xy(found, *across)[20:80].any()
 
 
 def test_boundaries_that_cut_the_path_are_told() -> None:
@@ -90,6 +78,6 @@ def test_boundaries_that_cut_the_path_are_told() -> None:
 
 def test_a_part_without_boundaries_is_told() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0)])
-    bare = replace(Corridor.from_offsets(path, left=3.0, right=-3.0), walls=(PartWalls.none(),))
+    bare = replace(Corridor.in_area(Area()), area=None)
     with pytest.raises(CorridorError, match="part 0: it has no boundaries"):
         area_of(bare, path, beyond=5.0)

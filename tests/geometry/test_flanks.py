@@ -9,16 +9,12 @@ import pytest
 import shapely
 
 from geometry.arrays import Array
-from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
-from geometry.convex import signed_distance
+from geometry.contacts import ACROSS, AT_Y, Contacts
 from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
-from tests.geometry.convex_shapes import drawn, placed
+from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, drawn, placed
 
-FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
-REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
 PIECES = (REAR, FRONT)
-BODY = Body.of(*PIECES)
 WITHIN = 5.0
 OPPOSITE = [RIGHT, LEFT, END_RIGHT, END_LEFT]
 
@@ -61,21 +57,18 @@ def flank_towards(angle: float, across: float) -> int:
 def one_by_one(pose: Array, piece: Array, shapes: list[Array]) -> Array:
     """The least distances (FLANKS,) of a piece to convex shapes, where they are apart by shapely alone."""
     least, at = np.full(FLANKS, inf), placed(piece, pose)
-    body, found = shapely.Polygon(at), np.empty(7)
+    body = shapely.Polygon(at)
     for shape in shapes:
         (on_body, on_shape) = shapely.get_coordinates(shapely.shortest_line(body, shapely.Polygon(shape)))
         apart, away = float(np.hypot(*(on_shape - on_body))), on_shape - on_body
         if apart == 0.0:
-            signed_distance(at, shape, found)
+            found = between(at, shape)
             apart, away, on_body = float(found[0]), -found[1:3], found[3:5]
         x, y = on_body - pose[:2]
         across = cos(pose[2]) * y - sin(pose[2]) * x
         side = flank_towards(float(np.angle(np.exp(1j * (atan2(away[1], away[0]) - pose[2])))), across)
         least[side] = min(least[side], apart)
     return np.where(least < WITHIN, least, inf)
-
-
-# -- what is found -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -88,16 +81,6 @@ def test_each_piece_and_side_holds_the_nearest_shape_of_that_side(seed: int) -> 
             np.testing.assert_allclose(found.apart[n, k], one_by_one(pose, piece, shapes), atol=1e-9)
     assert np.isfinite(found.apart).sum() > 300
     assert (found.apart < 0.0).sum() > 10
-
-
-def test_the_nearest_of_all_sides_is_the_distance_to_all_that_is_solid() -> None:
-    shapes, asked = shapes_of(7), poses(7)
-    whole = shapely.union_all([shapely.Polygon(shape) for shape in shapes])
-    nearest = flanks(asked, shapes, within=40.0).apart.min(axis=2)
-    for n, pose in enumerate(asked):
-        for k, piece in enumerate(PIECES):
-            apart = shapely.distance(shapely.Polygon(placed(piece, pose)), whole)
-            assert max(nearest[n, k], 0.0) == pytest.approx(apart, abs=1e-9)
 
 
 def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_shape() -> None:
@@ -116,32 +99,6 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_shape() -> 
     assert compared > 200
 
 
-def test_nothing_near_is_infinitely_far_and_pulls_nowhere() -> None:
-    asked = np.array([[100.0, 0.0, 0.3]])
-    for found in (flanks(asked, shapes_of(1)), flanks(asked), flanks(asked, [])):
-        assert (found.apart == inf).all()
-        assert not found.values[..., ALONG:].any()
-    assert flanks(np.zeros((0, 3)), shapes_of(1)).apart.shape == (0, 2, FLANKS)
-
-
-def test_only_what_is_nearer_than_asked_for_counts() -> None:
-    asked = np.zeros((1, 3))
-    shape = [block(-10.0, 1.5, 10.0, 3.0)]  # 0.5 m to the left of the body
-    assert flanks(asked, shape, within=0.500001).apart[0, :, LEFT] == pytest.approx([0.5, 0.5])
-    assert (flanks(asked, shape, within=0.5).apart == inf).all()
-
-
-def test_of_several_grids_the_nearest_counts() -> None:
-    asked = poses(9)
-    one, other = shapes_of(9), shapes_of(10)
-    expected = np.minimum(flanks(asked, one).apart, flanks(asked, other).apart)
-    np.testing.assert_array_equal(flanks(asked, one, other).apart, expected)
-    np.testing.assert_allclose(flanks(asked, one + other).apart, expected, atol=1e-12)
-
-
-# -- rows on either side -------------------------------------------------------------------------------------
-
-
 def test_a_body_between_two_shapes_is_held_on_either_side() -> None:
     slot = [block(-5.0, 1.2, 8.0, 4.0), block(-5.0, -4.0, 8.0, -1.3)]
     found = flanks(np.zeros((1, 3)), slot)
@@ -149,15 +106,6 @@ def test_a_body_between_two_shapes_is_held_on_either_side() -> None:
     np.testing.assert_allclose(found.normal[0, :, LEFT], -1j, atol=1e-12)
     np.testing.assert_allclose(found.normal[0, :, RIGHT], 1j, atol=1e-12)
     assert (found.apart[0, :, [END_LEFT, END_RIGHT]] == inf).all()
-
-
-def test_a_body_in_a_bay_is_held_at_its_end_too() -> None:
-    bay = [block(-5.0, 1.2, 8.0, 4.0), block(-5.0, -4.0, 8.0, -1.3), block(4.2, -6.0, 6.0, 6.0)]
-    found = flanks(np.array([[0.0, 0.0, 1e-3]]), bay)
-    front = found.apart[0, 1]
-    assert front[LEFT] == pytest.approx(0.2, abs=0.01)
-    assert front[RIGHT] == pytest.approx(0.3, abs=0.01)
-    assert min(front[END_LEFT], front[END_RIGHT]) == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize("beside", [0.05, -0.4])
@@ -170,45 +118,8 @@ def test_what_is_ahead_on_either_side_of_the_middle_counts_twice(beside: float) 
     assert found[END_RIGHT] == pytest.approx(np.hypot(1.0, max(beside, 0.0)))
 
 
-def test_a_piece_in_a_shape_gets_out_the_shortest_way() -> None:
-    found = flanks(np.zeros((1, 3)), [block(-5.0, 0.7, 8.0, 4.0)])
-    np.testing.assert_allclose(found.apart[0, :, LEFT], -0.3)
-    np.testing.assert_allclose(found.normal[0, :, LEFT], -1j, atol=1e-12)
-
-
-def test_beside_a_straight_wall_the_ends_of_the_body_count() -> None:
-    wall = [block(-20.0, 2.0, 20.0, 3.0)]
-    for turn, at in (
-        (0.0, [-0.8 + 1j, 3.7 + 1j]),
-        (0.015, [-0.8 + 1j, 3.7 + 1j]),
-        (0.03, [1.5 + 1j, 3.7 + 1j]),
-    ):
-        found = flanks(np.array([[0.0, 0.0, turn]]), wall, outward=0.02)
-        np.testing.assert_allclose(found.at[0, :, LEFT], at)
-
-
-# -- what the rows are linearised with -----------------------------------------------------------------------
-
-
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
-    """Equation (S2), but where two pairs of features, or two sides, are about equally near."""
-    shapes, step = shapes_of(3), 1e-6
-    asked = poses(3, 200)
-    found = flanks(asked, shapes)
-    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
-    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
-    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
-    with np.errstate(invalid="ignore"):
-        for i in range(3):
-            ahead, behind = (flanks(asked + h * np.eye(3)[i], shapes).apart for h in (step, -step))
-            slopes[..., i] = (ahead - behind) / (2.0 * step)
-            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
-        smooth = np.isfinite(found.apart) & (bends < 1e-3)
-    assert smooth.sum() > 400
-    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)
-
-
-# -- symmetries ----------------------------------------------------------------------------------------------
+    check_slopes(lambda asked: flanks(asked, shapes_of(3)), poses(3, 200))
 
 
 def test_mirrored_it_is_the_same_on_the_other_side() -> None:
@@ -218,36 +129,3 @@ def test_mirrored_it_is_the_same_on_the_other_side() -> None:
     sign = np.ones(5)
     sign[[ACROSS, AT_Y]] = -1.0
     np.testing.assert_allclose(other.values, one.values[:, :, OPPOSITE] * sign, atol=1e-9)
-
-
-@pytest.mark.parametrize("motion", [(40.0, -70.0, 2.3), (-4000.0, 7000.0, -9.0)])
-def test_where_in_the_world_it_is_and_how_it_is_turned_does_not_matter(
-    motion: tuple[float, float, float],
-) -> None:
-    asked, shapes, move = poses(5), shapes_of(5), np.array(motion)
-    there = np.column_stack([placed(asked[:, :2], move), asked[:, 2] + move[2]])
-    moved = [placed(shape, move) for shape in shapes]
-    one, other = flanks(asked, shapes, outward=0.02), flanks(there, moved, outward=0.02)
-    np.testing.assert_allclose(other.values, one.values, atol=1e-8)
-
-
-def test_a_billion_metres_away_nothing_is_lost_but_what_coordinates_are_rounded_by() -> None:
-    away = np.array([1e9, -1e9 + 0.5])
-    shapes = [shape + away for shape in shapes_of(6)]  # rounded to 1e-7 m
-    asked = poses(6) + np.append(away, 0.0)
-    near, there = [shape - away for shape in shapes], asked - np.append(away, 0.0)
-    far, here = flanks(asked, shapes), flanks(there, near)
-    np.testing.assert_allclose(far.apart, here.apart, atol=1e-9)
-    np.testing.assert_allclose(far.values[..., AT_X], here.values[..., AT_X], atol=1e-9)
-    assert np.isfinite(far.apart).sum() > 200
-
-
-def test_a_body_in_one_piece_has_as_many_sides() -> None:
-    whole = Body.of(np.vstack([REAR[:1], FRONT[1:3], REAR[3:]]))
-    asked, shapes = poses(2), shapes_of(2)
-    one, two = flanks(asked, shapes, body=whole), flanks(asked, shapes)
-    assert one.values.shape == (len(asked), 1, FLANKS, 5)
-    apart = two.apart.min(axis=(1, 2))
-    outside = apart > 0.0
-    np.testing.assert_allclose(one.apart.min(axis=(1, 2))[outside], apart[outside], atol=1e-9)
-    assert one.values[..., APART].min() <= apart.min()

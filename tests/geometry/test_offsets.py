@@ -1,14 +1,12 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
 import shapely
-from numpy.typing import NDArray
 
-from geometry import Corridor, Narrowing, Pose2, ReferencePath, offsets
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from tests.geometry.sides import sides_of
 
 SEGMENTS = {
@@ -31,60 +29,6 @@ def route(name: str) -> ReferencePath:
 def path_line(path: ReferencePath, part: int = 0, spacing: float = 0.05) -> shapely.LineString:
     at = path.sample(spacing)[part]
     return shapely.LineString(np.column_stack([at.x, at.y]))
-
-
-def test_straight_corridor_has_two_parallel_lines_and_open_ends() -> None:
-    path = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.0), [(1, 0.0, 7.0)])
-    left, right = Corridor.from_offsets(path, left=2.0, right=-3.0).lines(0)
-    assert len(left) == len(right) == 1
-    for line, y in ((left[0], 2.0), (right[0], -3.0)):
-        np.testing.assert_allclose(line[:, 1], y, atol=1e-12)
-        assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((1.0, 8.0))
-
-
-def test_left_is_left_of_the_vehicle_in_reverse_too() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 7.0)])
-    left, right = Corridor.from_offsets(path, left=2.0, right=-3.0).lines(0)
-    np.testing.assert_allclose(left[0][:, 1], 2.0)
-    np.testing.assert_allclose(right[0][:, 1], -3.0)
-    assert left[0][:, 0].min() == pytest.approx(-7.0)
-
-
-def test_outside_of_an_arc_is_an_arc() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 10.0)])
-    left, right = Corridor.from_offsets(path, left=3.0, right=-4.0).lines(0)
-    np.testing.assert_allclose(np.hypot(left[0][:, 0], left[0][:, 1] - 5.0), 2.0)
-    np.testing.assert_allclose(np.hypot(right[0][:, 0], right[0][:, 1] - 5.0), 9.0)
-    assert np.hypot(*np.diff(right[0], axis=0).T).max() <= 0.05 + 1e-9
-
-
-def test_inside_of_an_arc_collapses_to_its_centre() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 8.0)])
-    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    (left,), _ = corridor.lines(0)
-    np.testing.assert_allclose(left, [[0.0, 5.0]], atol=1e-9)
-    planes = sides_of(corridor, 0, np.array([[0.0, 0.0], [1.0, 3.0]]))
-    np.testing.assert_allclose(planes.distance[:, 0], [5.0, np.hypot(1.0, 2.0)])
-    np.testing.assert_allclose(planes.normal[0, 0], [0.0, -1.0], atol=1e-9)
-
-
-def test_reversing_course_of_the_design() -> None:
-    path = route("reversing")
-    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    (left,), (right,) = corridor.lines(0)
-    ends = path.parts[0]
-    for line, side in ((left, 5.0), (right, -5.0)):
-        expected = [ends.first.compose(Pose2(0.0, side, 0.0)), ends.last.compose(Pose2(0.0, side, 0.0))]
-        for pose in expected:
-            assert np.hypot(line[:, 0] - pose.x, line[:, 1] - pose.y).min() == pytest.approx(0.0, abs=1e-9)
-    # The insides of the second and the fourth arc, and of the first, are their centres.
-    for theta, side, line in ((15.0, 5.0, left), (27.0, 5.0, left), (5.0, -5.0, right)):
-        centre = ends.pose(theta).compose(Pose2(0.0, side, 0.0))
-        assert np.hypot(line[:, 0] - centre.x, line[:, 1] - centre.y).min() < 1e-9
-    for line in (left, right):
-        assert shapely.LineString(line).is_simple
-        distance = shapely.distance(path_line(path), shapely.points(line))
-        np.testing.assert_allclose(distance, 5.0, atol=2e-3)
 
 
 @pytest.mark.parametrize("name", sorted(SEGMENTS))
@@ -141,42 +85,6 @@ def test_lanes_that_touch_have_no_wall_between_them() -> None:
     np.testing.assert_allclose(planes.distance[:, 1], [0.9, -0.1, 0.9], atol=1e-9)
 
 
-def test_a_loop_is_open_where_it_crosses_itself() -> None:
-    path = route("loop")
-    corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
-    assert len(corridor.lines(0)[0]) + len(corridor.lines(0)[1]) > 2
-    at = path.sample(0.5)[0]
-    bodies = np.stack(
-        [np.column_stack([at.x + dx, at.y + dy]) for dx, dy in ((0.5, 0), (0, 0.5), (-0.5, -0.5))], 1
-    )
-    assert not corridor.collides(0, bodies).any()
-
-
-def test_narrowings_have_transverse_edges(docking_behind: Corridor, reversing: ReferencePath) -> None:
-    (left,), (right,) = docking_behind.lines(0)
-    part = reversing.parts[0]
-    for line, theta, low, high in (
-        (left, 22.0, 1.3, 5.0),
-        (left, 23.0, 1.3, 5.0),
-        (right, 27.5, -5, -1),
-        (right, 28.4, -5, -1),
-    ):
-        outline = shapely.LineString(line)
-        for lateral in np.linspace(low, high, 9):
-            pose = part.pose(theta).compose(Pose2(0.0, float(lateral), 0.0))
-            assert outline.distance(shapely.Point(pose.x, pose.y)) < 1e-6
-    for line, theta, lateral in (
-        (left, 22.5, 1.3),
-        (right, 28.0, -1.0),
-        (left, 21.9, 5.0),
-        (right, 27.4, -5.0),
-    ):
-        pose = part.pose(theta).compose(Pose2(0.0, lateral, 0.0))
-        assert shapely.LineString(line).distance(shapely.Point(pose.x, pose.y)) < 1e-4
-        inner = part.pose(theta).compose(Pose2(0.0, 0.97 * lateral, 0.0))
-        assert sides_of(docking_behind, 0, np.array([[inner.x, inner.y]])).distance.min() > 0.0
-
-
 def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: ReferencePath) -> None:
     narrowings = [
         Narrowing(0.0, 3.0, left=2.0),
@@ -215,14 +123,7 @@ def test_a_step_inside_a_fold_leaves_no_gap() -> None:
     assert sides_of(corridor, 0, np.array([[9.0, 7.0], [5.0, 6.5]])).distance[:, 0].max() < 0.0
 
 
-def test_boundaries_of_a_part_do_not_act_on_another(full_course: ReferencePath) -> None:
-    corridor = Corridor.from_offsets(full_course, left=5.0, right=-5.0)
-    alone = Corridor.from_offsets(ReferencePath(parts=full_course.parts[1:]), left=5.0, right=-5.0)
-    points = np.random.default_rng(0).uniform(-30.0, 20.0, (200, 2))
-    np.testing.assert_array_equal(sides_of(corridor, 1, points).distance, sides_of(alone, 0, points).distance)
-
-
-def test_mirror_and_rigid_motion_symmetry() -> None:
+def test_a_mirrored_route_has_mirrored_boundaries() -> None:
     start, segments = SEGMENTS["reversing"]
     narrowings = [Narrowing(22.0, 23.0, left=1.3), Narrowing(27.5, 28.4, right=-1.0)]
     corridor = Corridor.from_offsets(
@@ -242,48 +143,3 @@ def test_mirror_and_rigid_motion_symmetry() -> None:
     assert free.mean() > 0.3
     # Curved walls are simplified to within a millimetre, each in its own sense.
     np.testing.assert_allclose(other.distance[:, ::-1][free], planes.distance[free], atol=3e-3)
-
-    motion = Pose2(5000.0, -3000.0, 2.3)
-    rotation = np.array([[np.cos(2.3), -np.sin(2.3)], [np.sin(2.3), np.cos(2.3)]])
-    moved = Corridor.from_offsets(
-        ReferencePath.from_segments(motion.compose(start), segments),
-        left=5.0,
-        right=-4.0,
-        narrowings=narrowings,
-    )
-    other = sides_of(moved, 0, points @ rotation.T + [5000.0, -3000.0])
-    free = (planes.distance > 0.0) & (other.distance > 0.0)
-    np.testing.assert_allclose(other.distance[free], planes.distance[free], atol=3e-3)
-    turned = np.linalg.norm(other.normal - planes.normal @ rotation.T, axis=2)[free]
-    assert np.mean(turned < 0.02) > 0.97
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_asking_only_where_the_path_comes_back_changes_nothing(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    random = np.random.default_rng(seed)
-    bend = 0.24 if seed % 2 else 0.15
-    segments = [(1, float(random.uniform(-bend, bend)), float(random.uniform(5.0, 25.0))) for _ in range(14)]
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
-    part = path.parts[0]
-    rows = [(20.0, 24.0, 1.5, np.nan), (50.0, 53.0, np.nan, -1.0)]
-    sections = offsets.sections_of(part, 4.0, -4.0, rows)
-    asked: list[float] = []
-    choose = offsets._Nearby.may_come_to
-
-    def some(*arguments: Any) -> NDArray[np.bool_]:
-        asked.append(float(choose(*arguments).mean()))
-        return choose(*arguments)
-
-    def everything(nearby: Any, points: NDArray[np.complex128], *_: Any) -> NDArray[np.bool_]:
-        return np.ones(points.size, dtype=np.bool_)
-
-    for values in (sections.left, sections.right):
-        monkeypatch.setattr(offsets._Nearby, "may_come_to", some)
-        few = offsets.trimmed(part, sections, values)
-        monkeypatch.setattr(offsets._Nearby, "may_come_to", everything)
-        every = offsets.trimmed(part, sections, values)
-        assert len(few) == len(every)
-        assert all(map(np.array_equal, few, every))
-    assert min(asked) < 0.9

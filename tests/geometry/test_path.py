@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from math import inf, nan, pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,14 +43,6 @@ def test_a_route_is_cut_at_its_cusps(full_course: ReferencePath) -> None:
     assert full_course.end == full_course.parts[1].last
 
 
-def test_sample_is_even_and_ends_at_the_ends(full_course: ReferencePath) -> None:
-    first, second = full_course.sample(0.4)
-    assert np.hypot(np.diff(first.x), np.diff(first.y)).max() <= 0.4 + 1e-9
-    assert second.x[-1] == pytest.approx(full_course.end.x)
-    with pytest.raises(PathError, match="spacing = 0"):
-        full_course.sample(0.0)
-
-
 @pytest.mark.parametrize("direction", [1, -1])
 def test_biarcs_through_poses_of_one_arc_are_that_arc(direction: int) -> None:
     path = ReferencePath.from_segments(Pose2(3.0, 1.0, 2.0), [(direction, 0.2, 9.0)])
@@ -74,13 +67,6 @@ def test_biarcs_take_every_pose_and_join_smoothly() -> None:
     inside = part.reference(np.linspace(0.0, part.end, 500))
     # Third order at least.
     assert np.abs(inside.y - np.sin(inside.x)).max() < 2e-3 / 4**3
-
-
-def test_poses_and_pose2_on_any_branch_are_the_same() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 3.0), [(1, 0.2, 12.0)])
-    poses, _ = rows_of(path, 1.0)
-    wrapped = [Pose2(x, y, (phi + pi) % (2.0 * pi) - pi) for x, y, phi in poses]
-    assert_same(ReferencePath.from_poses(wrapped, 1), path, 1e-9)
 
 
 def directions_by(convention: str, intervals: list[int], poses: np.ndarray) -> tuple[np.ndarray, list[int]]:
@@ -135,36 +121,6 @@ def test_few_waypoints_around_a_corner_are_straight_before_and_after_it() -> Non
     np.testing.assert_allclose(at.x[after], 10.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("turned", [0.3, 2.0, -2.9])
-def test_waypoints_make_the_same_path_in_any_frame(turned: float) -> None:
-    points, frame = [(0.0, 0.0), (4.0, 0.5), (7.0, 3.0), (7.5, 7.0), (12.0, 8.0)], Pose2(3.0, -40.0, turned)
-    moved = [frame.compose(Pose2(x, y, 0.0)) for x, y in points]
-    there = ReferencePath.from_waypoints([(pose.x, pose.y) for pose in moved])
-    for at, pose in zip(ReferencePath.from_waypoints(points).sample(0.2), there.sample(0.2), strict=True):
-        expected = [frame.compose(Pose2(*row)) for row in zip(at.x, at.y, at.phi, strict=True)]
-        assert [(each.x, each.y) for each in expected] == [
-            pytest.approx(row, abs=1e-9) for row in zip(pose.x, pose.y, strict=True)
-        ]
-
-
-def test_waypoints_at_a_cusp_have_one_heading() -> None:
-    points = [(0.0, 0.0), (2.0, 0.1), (4.0, 0.6), (6.0, 1.5), (4.0, 0.4), (2.0, -0.9), (0.0, -3.0)]
-    path = ReferencePath.from_waypoints(points, [1, 1, 1, -1, -1, -1])
-    assert path.parts[0].last == path.parts[1].first
-    for x, y in points:
-        assert min(
-            np.hypot(pose.x - x, pose.y - y)
-            for part in path.parts
-            for pose in [part.pose(part.project(x, y))]
-        ) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_two_waypoints_are_a_straight() -> None:
-    path = ReferencePath.from_waypoints([(0.0, 0.0), (3.0, 4.0)])
-    assert path.length == pytest.approx(5.0)
-    assert path.max_curvature == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize("convention", ["way from the row", "way to the row", "cusp listed twice"])
 def test_csv(convention: str, tmp_path: Path) -> None:
     path = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.5), TWO_LEGS)
@@ -213,66 +169,35 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
         ReferencePath.from_csv(tmp_path / "binary.csv")
 
 
-@pytest.mark.parametrize(
-    ("segments", "message"),
-    [
-        ([], "segments is empty"),
-        ([(1, 0.1, 5.0), (0, 0.0, 1.0)], r"segments\[1\]: direction = 0"),
-        ([(2, 0.0, 1.0)], "direction = 2"),
-        ([(1, nan, 1.0)], "curvature = nan"),
-        ([(1, inf, 1.0)], "curvature = inf"),
-        ([(1, 0.0, 0.0)], "length = 0.0"),
-        ([(1, 0.0, -1.0)], "length = -1.0"),
-        ([(1, 0.0, nan)], "length = nan"),
-    ],
-)
-def test_bad_segments_are_refused(segments: list[tuple[int, float, float]], message: str) -> None:
-    with pytest.raises(PathError, match=message):
-        ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
-
-
 STRAIGHT = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
+ORIGIN = Pose2(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("poses", "directions", "message"),
+    ("build", "given", "message"),
     [
-        ([], 1, "shape|at least 2"),
-        (STRAIGHT[:1], 1, "at least 2"),
-        ([(0.0, 0.0), (1.0, 0.0)], 1, "shape"),
-        ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "an array of numbers"),
-        ([STRAIGHT[0], (1.0, nan, 0.0)], 1, r"poses\[1\]"),
-        ([STRAIGHT[0], (inf, 0.0, 0.0)], 1, r"poses\[1\]"),
-        ([*STRAIGHT, STRAIGHT[-1]], 1, "row 3 repeats the point of row 2"),
-        (STRAIGHT, 0, "direction = 0"),
-        (STRAIGHT, [1, 1, 3], r"directions\[2\]: direction = 3"),
-        (STRAIGHT, [1, 1, 1, 1], "directions has shape"),
-        (STRAIGHT, -1, "row 0: its heading"),
-        ([*STRAIGHT[:2], (2.0, 0.0, 1.6)], 1, "row 2: its heading"),
-        ([*STRAIGHT[:2], (0.5, 0.0, 0.0)], 1, "row 1: its heading"),
-        ([*STRAIGHT, (2.0, 0.0, 0.5), (1.0, -1.0, 0.5)], [1, 1, 1, -1, -1], "same heading"),
+        ("segments", (ORIGIN, []), "segments is empty"),
+        ("segments", (ORIGIN, [(1, 0.1, 5.0), (0, 0.0, 1.0)]), r"segments\[1\]: direction = 0"),
+        ("segments", (ORIGIN, [(1, nan, 1.0)]), "curvature = nan"),
+        ("segments", (ORIGIN, [(1, 0.0, 0.0)]), "length = 0.0"),
+        ("segments", (ORIGIN, [(1, 0.0, inf)]), "length = inf"),
+        ("poses", ([], 1), "shape|at least 2"),
+        ("poses", (STRAIGHT[:1], 1), "at least 2"),
+        ("poses", ([(0.0, 0.0), (1.0, 0.0)], 1), "shape"),
+        ("poses", ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1), "an array of numbers"),
+        ("poses", ([STRAIGHT[0], (1.0, nan, 0.0)], 1), r"poses\[1\]"),
+        ("poses", ([*STRAIGHT, STRAIGHT[-1]], 1), "row 3 repeats the point of row 2"),
+        ("poses", (STRAIGHT, 0), "direction = 0"),
+        ("poses", (STRAIGHT, [1, 1, 3]), r"directions\[2\]: direction = 3"),
+        ("poses", (STRAIGHT, [1, 1, 1, 1]), "directions has shape"),
+        ("poses", (STRAIGHT, -1), "row 0: its heading"),
+        ("poses", ([*STRAIGHT[:2], (2.0, 0.0, 1.6)], 1), "row 2: its heading"),
+        ("poses", ([*STRAIGHT, (2.0, 0.0, 0.5), (1.0, -1.0, 0.5)], [1, 1, 1, -1, -1]), "same heading"),
+        ("waypoints", ([(0.0, 0.0), (0.0, 0.0)], 1), "row 1 repeats"),
+        ("waypoints", ([(0.0, 0.0), (nan, 0.0)], 1), r"points\[1\]"),
+        ("waypoints", ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], [1, -1]), "does not turn back"),
     ],
 )
-def test_bad_poses_are_refused(
-    poses: list[tuple[float, ...]], directions: int | list[int], message: str
-) -> None:
+def test_bad_arguments_are_refused(build: str, given: tuple[Any, Any], message: str) -> None:
     with pytest.raises(PathError, match=message):
-        ReferencePath.from_poses(poses, directions)
-
-
-@pytest.mark.parametrize(
-    ("points", "direction", "message"),
-    [
-        ([(0.0, 0.0)], 1, "at least 2"),
-        ([(0.0, 0.0), (0.0, 0.0)], 1, "row 1 repeats"),
-        ([(0.0, 0.0), (nan, 0.0)], 1, r"points\[1\]"),
-        ([(0.0, 0.0), (1.0, 0.0)], 7, "direction = 7"),
-        ([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "shape"),
-        ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], [1, -1], "does not turn back"),
-    ],
-)
-def test_bad_waypoints_are_refused(
-    points: list[tuple[float, ...]], direction: int | list[int], message: str
-) -> None:
-    with pytest.raises(PathError, match=message):
-        ReferencePath.from_waypoints(points, direction)
+        getattr(ReferencePath, f"from_{build}")(*given)

@@ -1,13 +1,10 @@
 from __future__ import annotations
 
-from math import pi
-
 import numpy as np
 import pytest
-import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
-from geometry.outline import placed
+from geometry.outline import outline_at
 from tests.geometry.sides import sides_of
 
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
@@ -22,38 +19,6 @@ def test_a_box_is_split_where_the_tangents_meet_its_caps() -> None:
     planes = sides_of(corridor, 0, np.array([[10.0, 0.5], [19.0, -1.0], [19.0, 1.5]]))
     np.testing.assert_allclose(planes.distance, [[1.5, 3.5], [np.sqrt(2.0), 1.0], [0.5, np.hypot(1.0, 1.5)]])
     np.testing.assert_allclose(corridor.narrowest(), (5.0, 0.0))
-
-
-def test_either_sense_and_a_closed_list_are_the_same() -> None:
-    points = np.random.default_rng(0).uniform((-2.0, -5.0), (22.0, 4.0), (100, 2))
-    expected = sides_of(Corridor.from_polygon(STRAIGHT, BOX), 0, points).distance
-    for outline in (BOX[::-1], [*BOX, BOX[0]], BOX[2:] + BOX[:2]):
-        planes = sides_of(Corridor.from_polygon(STRAIGHT, outline), 0, points)
-        np.testing.assert_allclose(planes.distance, expected, atol=1e-12)
-
-
-def test_left_is_left_of_the_vehicle_in_reverse_too() -> None:
-    path = ReferencePath.from_segments(Pose2(18.0, 0.0, 0.0), [(-1, 0.0, 16.0)])
-    planes = sides_of(Corridor.from_polygon(path, BOX), 0, np.array([[10.0, 0.5]]))
-    np.testing.assert_allclose(planes.distance, [[1.5, 3.5]])
-
-
-def test_a_turn_in_a_room() -> None:
-    path = ReferencePath.from_segments(
-        Pose2(3.0, -8.0, pi / 2), [(1, 0.0, 8.0), (1, 1 / 3, 3 * pi), (1, 0.0, 8.0)]
-    )
-    room = [(-6.0, -10.0), (6.0, -10.0), (6.0, 8.0), (-6.0, 8.0)]
-    (left,), (right,) = Corridor.from_polygon(path, room).lines(0)
-    np.testing.assert_allclose(left, [(-3.0, -10.0), (3.0, -10.0)], atol=1e-9)
-    assert len(right) == 6
-
-
-def test_every_part_has_all_of_it(full_course: ReferencePath) -> None:
-    outline = [(-40.0, -60.0), (30.0, -60.0), (30.0, 30.0), (-40.0, 30.0)]
-    corridor = Corridor.from_polygon(full_course, outline)
-    for part in (0, 1):
-        length = sum(shapely.LineString(line).length for side in corridor.lines(part) for line in side)
-        assert length == pytest.approx(320.0)
 
 
 def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
@@ -73,11 +38,6 @@ def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
     np.testing.assert_allclose((width, theta), (2.3, 7.135))
 
 
-def test_narrowest_of_offsets(docking_behind: Corridor) -> None:
-    assert docking_behind.narrowest() == (6.0, 27.5)
-    assert docking_behind.narrowest(0) == (6.0, 27.5)
-
-
 def test_outline_is_closed_to_bodies() -> None:
     corridor = Corridor.from_polygon(STRAIGHT, BOX)
     body = np.array([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
@@ -91,4 +51,6 @@ def test_outline_is_closed_to_bodies() -> None:
 def test_placed_corners_are_where_the_frame_composed_with_them_is(frame: Pose2) -> None:
     corners = [(0.0, 0.0), (2.0, 0.5), (-1.0, 3.0)]
     found = [frame.compose(Pose2(x, y, 0.0)) for x, y in corners]
-    np.testing.assert_allclose(placed(corners, frame), [(at.x, at.y) for at in found], rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(
+        outline_at(corners, frame), [(at.x, at.y) for at in found], rtol=0.0, atol=1e-13
+    )

@@ -7,56 +7,7 @@ import pytest
 
 from geometry import InputError, Pose2, ReferencePath
 
-LOOP = [(1, 0.0, 10.0), (1, 0.5, 4.0 * pi), (1, 0.0, 10.0)]  # a full circle of radius 2 m, then straight on
 HAIRPIN = [(1, 0.0, 20.0), (1, 0.5, 2.0 * pi), (1, 0.0, 20.0)]  # two lanes 4 m apart
-
-
-def brute(path: ReferencePath, x: float, y: float, low: float, high: float) -> tuple[float, float]:
-    theta = np.linspace(low, high, 40001)
-    at = path.parts[0].reference(theta)
-    distance = np.hypot(at.x - x, at.y - y)
-    return float(theta[np.argmin(distance)]), float(distance.min())
-
-
-@pytest.mark.parametrize("segments", [LOOP, HAIRPIN, [(-1, 0.3, 9.0), (-1, -0.1, 5.0), (-1, 0.0, 3.0)]])
-def test_finds_the_closest_point_globally_and_in_a_window(segments: list[tuple[int, float, float]]) -> None:
-    path = ReferencePath.from_segments(Pose2(1.0, -2.0, 0.6), segments)
-    part = path.parts[0]
-    random = np.random.default_rng(1)
-    for x, y in random.uniform(-15.0, 30.0, (60, 2)):
-        found = part.reference([part.project(x, y)])
-        distance = brute(path, x, y, part.start, part.end)[1]
-        assert np.hypot(found.x[0] - x, found.y[0] - y) == pytest.approx(distance, abs=1e-6)
-        near = float(random.uniform(-3.0, path.length + 3.0))
-        low, high = np.clip([near - 2.0, near + 2.0], part.start, part.end)
-        theta = part.project(x, y, near=near)
-        assert low - 1e-12 <= theta <= high + 1e-12
-        found = part.reference([theta])
-        distance = brute(path, x, y, low, high)[1]
-        assert np.hypot(found.x[0] - x, found.y[0] - y) == pytest.approx(distance, abs=1e-6)
-
-
-def test_points_on_the_path_come_back(reversing: ReferencePath) -> None:
-    part = reversing.parts[0]
-    for theta in np.linspace(0.0, 30.0, 61):
-        pose = part.pose(float(theta))
-        beside = pose.compose(Pose2(0.0, 1.5, 0.0))
-        assert part.project(pose.x, pose.y) == pytest.approx(theta, abs=1e-9)
-        assert part.project(beside.x, beside.y, near=float(theta) + 0.7) == pytest.approx(theta, abs=1e-9)
-
-
-def test_progress_does_not_jump_where_the_path_crosses_itself() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), LOOP).parts[0]
-    theta, crossing = 0.0, 10.0
-    for true in np.arange(0.0, part.end, 0.25):
-        # Nearer to the other branch than to its own around the crossing.
-        pose = part.pose(float(true)).compose(Pose2(0.0, 0.15, 0.0))
-        theta = part.project(pose.x, pose.y, near=theta)
-        assert theta == pytest.approx(true, abs=0.2)
-    assert part.project(crossing, 0.01) in (
-        pytest.approx(10.0, abs=0.1),
-        pytest.approx(10.0 + 4.0 * pi, abs=0.1),
-    )
 
 
 def test_heading_chooses_the_lane() -> None:
@@ -66,51 +17,6 @@ def test_heading_chooses_the_lane() -> None:
     assert part.project(8.0, 1.9, heading=pi - 0.3) == pytest.approx(20.0 + 2.0 * pi + 12.0)
     # The branch of the heading does not matter.
     assert part.project(8.0, 1.9, heading=0.3 - 4.0 * pi) == pytest.approx(8.0)
-
-
-def test_heading_limit_may_lie_within_an_arc() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.5, 2.0 * pi)]).parts[0]
-    # Beside the end, whose heading is pi; only the first half is within 90 deg of 0.
-    assert part.project(0.0, 5.0, heading=0.0) == pytest.approx(pi)
-    assert part.project(0.0, 5.0) == pytest.approx(2.0 * pi)
-    # Nowhere within 90 deg: as without.
-    straight = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 5.0)]).parts[0]
-    assert straight.project(3.0, 1.0, heading=pi) == pytest.approx(3.0)
-
-
-def test_heading_in_the_window_only() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), HAIRPIN).parts[0]
-    assert part.project(8.0, 1.0, near=8.0, heading=pi) == pytest.approx(8.0)
-
-
-def test_centre_of_an_arc_and_multiple_turns_are_no_trouble() -> None:
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.5, 12.0 * pi)]).parts[0]
-    assert 0.0 <= part.project(0.0, 2.0) <= part.end
-    second = part.project(2.0, 2.0, near=5.0 * pi, reach=1.0)
-    assert second == pytest.approx(5.0 * pi)
-
-
-def test_ends_hold_what_is_beyond_them(reversing: ReferencePath) -> None:
-    part = reversing.parts[0]
-    before, behind = part.pose(-3.0), part.pose(33.0)
-    assert part.project(before.x, before.y, near=0.0) == part.start
-    assert part.project(behind.x, behind.y, near=30.0) == part.end
-    assert part.project(0.0, 0.0, near=99.0) == part.end
-
-
-def test_counts_over_cusps(full_course: ReferencePath) -> None:
-    part = full_course.parts[1]
-    pose = part.pose(42.0)
-    assert part.start == pytest.approx(30.0)
-    assert part.project(pose.x, pose.y) == pytest.approx(42.0)
-
-
-def test_long_route_of_many_pieces() -> None:
-    segments = [(1, 0.1 if i % 2 else -0.1, 0.1) for i in range(20000)]
-    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments).parts[0]
-    pose = part.pose(1234.5).compose(Pose2(0.0, 0.7, 0.0))
-    assert part.project(pose.x, pose.y, near=1233.6) == pytest.approx(1234.5, abs=1e-6)
-    assert part.project(pose.x, pose.y) == pytest.approx(1234.5, abs=1e-6)
 
 
 @pytest.mark.parametrize(

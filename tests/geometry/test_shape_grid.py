@@ -12,7 +12,7 @@ from geometry import Corridor, InputError, Pose2, ReferencePath
 from geometry.arrays import Array, Index
 from geometry.shape_grid import Body, ShapeGrid
 from geometry.walls import BEHIND
-from tests.geometry.convex_shapes import as_geometry, drawn, exact, placed
+from tests.geometry.convex_shapes import drawn, exact, placed
 
 BOX = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
 BODY = Body.of(BOX)
@@ -48,82 +48,10 @@ def test_the_nearest_of_all_shapes_is_found(seed: int, within: float) -> None:
             assert value == (pytest.approx(known, abs=1e-9) if known < within else inf)
 
 
-def test_lines_are_their_segments() -> None:
-    random = np.random.default_rng(7)
-    lines = [np.cumsum(random.normal(size=(n, 2)), axis=0) for n in (1, 2, 30, 300)]
-    grid, asked = ShapeGrid.of_lines(lines), poses(7, 50)
-    whole = shapely.union_all(
-        [as_geometry(line) if len(line) < 3 else shapely.LineString(line) for line in lines]
-    )
-    for value, pose in zip(grid.signed_distances(BODY, asked)[:, 0], asked, strict=True):
-        apart = shapely.distance(shapely.Polygon(placed(BOX, pose)), whole)
-        assert value == pytest.approx(apart, abs=1e-9) if apart > 0.0 else value <= 0.0
-
-
-def test_a_body_of_several_pieces_is_as_near_as_the_nearest_of_them() -> None:
-    trailer = np.array([[-4.0, -0.9], [-1.5, -0.9], [-1.5, 0.9], [-4.0, 0.9]])
-    shapes, owner = world(3)
-    grid, asked = ShapeGrid.of_shapes(shapes, owner, 3), poses(3)
-    both = grid.signed_distances(Body.of(BOX, trailer), asked)
-    each = [grid.signed_distances(Body.of(piece), asked) for piece in (BOX, trailer)]
-    np.testing.assert_array_equal(both, np.minimum(*each))
-
-
-def test_where_in_the_world_it_is_and_how_it_is_turned_does_not_matter() -> None:
-    shapes, owner = world(5)
-    asked = poses(5)
-    here = ShapeGrid.of_shapes(shapes, owner, 3).signed_distances(BODY, asked)
-    turn = np.array([40.0, -70.0, 0.7])
-    moved = np.column_stack([placed(asked[:, :2], turn), asked[:, 2] + turn[2]])
-    there = ShapeGrid.of_shapes([placed(shape, turn) for shape in shapes], owner, 3)
-    np.testing.assert_allclose(there.signed_distances(BODY, moved), here, atol=1e-11)
-
-
-def test_a_billion_metres_away_only_the_coordinates_are_rounded() -> None:
-    shapes, owner = world(6)
-    asked = poses(6)
-    here = ShapeGrid.of_shapes(shapes, owner, 3).signed_distances(BODY, asked)
-    far = np.array([1e9, -1e9])
-    there = ShapeGrid.of_shapes([shape + far for shape in shapes], owner, 3)
-    np.testing.assert_allclose(there.signed_distances(BODY, asked + np.append(far, 0.0)), here, atol=1e-6)
-
-
-def test_shapes_that_are_all_at_one_place_or_on_one_line_make_a_grid() -> None:
-    points = [np.array([[5.0, 0.0]])] * 3
-    assert ShapeGrid.of_shapes(points, [0, 0, 0], 1).signed_distances(BODY, np.zeros((1, 3))) == 5.0 - 3.7
-    row = [np.array([[x, 0.0], [x + 1.0, 0.0]]) for x in np.arange(10.0, 1000.0)]
-    found = ShapeGrid.of_shapes(row, np.zeros(len(row)), 1).signed_distances(
-        BODY, np.array([[500.0, 2.5, 0.0]])
-    )
-    assert found == pytest.approx(1.5)
-
-
 @pytest.mark.parametrize("asked", [np.zeros(3), np.zeros((2, 2)), np.array([[0.0, np.nan, 0.0]])])
 def test_bad_poses_are_refused(asked: Array) -> None:
     with pytest.raises(InputError, match="poses"):
         ShapeGrid.of_lines([BOX]).signed_distances(BODY, asked)
-
-
-# -- beyond a boundary ---------------------------------------------------------------------------------------
-
-
-def test_beyond_a_line_is_what_is_to_its_right() -> None:
-    grid = ShapeGrid.of_lines([np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])])
-    points = np.array([[5.0, 1.0], [5.0, -1.0], [9.0, 5.0], [13.0, 5.0], [13.0, -4.0], [9.0, 1.0]])
-    np.testing.assert_allclose(grid.beyond(points), [0.0, 1.0, 0.0, 3.0, 5.0, 0.0])
-    np.testing.assert_allclose(grid.beyond(points, 2.0), [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-
-
-def test_beyond_an_open_end_nothing_is_forbidden() -> None:
-    grid = ShapeGrid.of_lines([np.array([[0.0, 0.0], [10.0, 0.0]])])
-    np.testing.assert_array_equal(grid.beyond(np.array([[10.5, -1.0], [-0.5, -1.0], [40.0, -3.0]])), 0.0)
-
-
-def test_at_sharp_corners_both_segments_tell() -> None:
-    spike = ShapeGrid.of_lines([np.array([[0.0, 0.0], [10.0, 0.1], [0.0, 0.2]])])
-    # The left of it is the inside of the spike; round its tip is the right.
-    points = np.array([[12.0, 3.0], [12.0, -3.0], [5.0, 0.1], [5.0, 1.0], [5.0, -1.0]])
-    np.testing.assert_array_equal(spike.beyond(points) > 0.0, [True, True, False, True, True])
 
 
 @pytest.mark.parametrize("reach", [5.0, 500.0])
@@ -140,31 +68,6 @@ def test_in_a_closed_polygon_it_is_what_shapely_says(reach: float) -> None:
     np.testing.assert_allclose(beyond, np.where(inside, 0.0, apart), atol=1e-9)
     for within in (0.05, 2.0):
         np.testing.assert_array_equal(grid.beyond(points, within), np.where(beyond <= within, beyond, 0.0))
-
-
-def test_without_any_line_nothing_is_beyond() -> None:
-    grid = ShapeGrid.of_lines([])
-    np.testing.assert_array_equal(grid.beyond(np.zeros((3, 2))), 0.0)
-    assert (grid.signed_distances(BODY, np.zeros((3, 3))) == inf).all()
-
-
-# -- corridors -----------------------------------------------------------------------------------------------
-
-
-def test_a_corridor_tells_its_boundaries_from_each_obstacle() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-    bracket = [(9.0, 2.0), (12.0, 2.0), (12.0, 3.5), (11.5, 3.5), (11.5, 2.5), (9.0, 2.5)]  # not convex
-    corridor = Corridor.from_offsets(
-        path, left=5.0, right=-4.0, obstacles=[bracket, placed(BOX, np.array([30.0, 0.0, 0.0]))]
-    )
-    found = corridor.signed_distances(0, BODY, np.array([[5.0, 0.0, 0.0], [30.5, 0.0, 0.0], [8.5, 2.2, 0.0]]))
-    np.testing.assert_allclose(found[0], [3.0, np.hypot(0.3, 1.0), 20.5], atol=1e-12)
-    assert found[1, 0] == pytest.approx(3.0)
-    assert found[1, 2] == pytest.approx(-2.0)
-    assert found[2, 1] < 0.0
-    inside_the_bend = np.array([[9.9, 4.0, 0.0]])  # beside its short leg, over the long one
-    small = Body.of([(0.0, -0.2), (1.0, -0.2), (1.0, 0.2), (0.0, 0.2)])
-    assert corridor.signed_distances(0, small, inside_the_bend)[0, 1] == pytest.approx(np.hypot(0.6, 0.3))
 
 
 def test_behind_an_open_boundary_it_is_another_way() -> None:

@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
+from math import pi
 
 import numpy as np
 import pytest
 import shapely
 
-from geometry import Corridor, Pose2, ReferencePath
-from geometry.clearance import Segments
-from geometry.walls import FINE, SMOOTH, PartWalls
+from geometry import Corridor, CorridorLines, Narrowing, PartLines, Pose2, ReferencePath
+from geometry.arrays import Array
+from tests.geometry.sides import sides_of
 
 LONG = ReferencePath.from_segments(
     Pose2(0.0, 0.0, 0.0), [(1, 0.1 if i % 2 else -0.1, 10.0) for i in range(40)]
 )
-SHAPES = [
-    np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (1.0, 2.5)]),
-    np.array([(9.0, 1.0)]),
-    np.array([(8.0, 5.0), (6.0, 5.0), (6.0, 4.0)]),
-]
-WIDTH = (5.0, 0.0)
 
 
-def test_polylines_are_kept_read_only_and_without_repeated_points() -> None:
-    repeated = [np.repeat(shape, 2, axis=0) for shape in SHAPES]
-    for lines in (SHAPES, repeated):
-        walls = PartWalls.from_lines(lines, [], WIDTH)
-        for shape, line in zip(SHAPES, walls.left, strict=True):
-            np.testing.assert_array_equal(line, shape)
-            assert not line.flags.writeable
-    assert walls.right == ()
-    assert walls.is_open
+def kept(line: Array) -> Array:
+    """What a corridor keeps of a boundary."""
+    part = PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0))
+    corridor = Corridor.from_lines(CorridorLines(parts=(part,), obstacles=()))
+    return corridor.lines(0)[0][0]
 
 
 def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
@@ -39,23 +31,14 @@ def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
     corners = np.array([(0.0, 0.0), (3.0, 0.0), (4.0, 2.0), (4.0, 3.0)])
     at = np.linspace(0.0, 3.0, 30_001)
     crowded = np.column_stack([np.interp(at, range(4), corners[:, i]) for i in (0, 1)])
-    np.testing.assert_allclose(PartWalls.from_lines([crowded], [], WIDTH).left[0], corners, atol=1e-12)
+    np.testing.assert_allclose(kept(crowded), corners, atol=1e-12)
     for turn in np.linspace(0.0, 6.0, 13):  # it still bends where a circle of small radius does
         angle = turn + np.linspace(0.0, 4.0, 5000)
         circle = 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
-        thinned = PartWalls.from_lines([circle], [], WIDTH).left[0]
+        thinned = kept(circle)
         assert len(thinned) < 300
         lines = shapely.LineString(thinned), shapely.LineString(circle)
         assert shapely.hausdorff_distance(*lines) < 2e-5
-
-
-def test_what_is_checked_and_what_gives_rows_is_near_the_lines() -> None:
-    walls = Corridor.from_offsets(LONG, left=5.0, right=-5.0).walls[0]
-    given = shapely.MultiLineString([line for lines in walls.lines for line in lines])
-    for grid, most in ((walls.grid, FINE), (walls.smooth, SMOOTH)):
-        kept = shapely.MultiLineString(list(grid.corners.reshape(-1, 2, 2)))
-        assert shapely.hausdorff_distance(kept, given) <= 1.5 * most
-        assert len(kept.geoms) < len(shapely.get_coordinates(given))
 
 
 def test_bodies_far_and_near_against_all_lines() -> None:
@@ -76,29 +59,6 @@ def test_bodies_far_and_near_against_all_lines() -> None:
             assert not touching[free & (exact > margin)].any()
 
 
-def test_in_a_closed_outline_a_point_is_beyond_where_shapely_says_it_is_outside() -> None:
-    random = np.random.default_rng(2)
-    angle = np.sort(random.uniform(0.0, 2.0 * np.pi, 40))
-    ring = random.uniform(3.0, 9.0, 40)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    half = 17  # both lines together, whichever way they are cut
-    lines = [ring[: half + 1], np.concatenate((ring[half:], ring[:1]))]
-    points = random.uniform(-11.0, 11.0, (2000, 2))
-    outline = shapely.Polygon(ring)
-    outside = ~shapely.covers(outline, shapely.points(points))
-    expected = np.where(outside, shapely.distance(shapely.points(points), outline), 0.0)
-    np.testing.assert_allclose(Segments.of(lines).beyond(points), expected, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("point", "expected"), [((2.0, -1.5), 1.5), ((2.0, 1.5), 0.0), ((-1.0, -1.5), 0.0), ((5.0, -1.0), 0.0)]
-)
-def test_beside_an_open_line_only_what_is_beside_it_is_beyond(
-    point: tuple[float, float], expected: float
-) -> None:
-    line = Segments.of([np.array([(0.0, 0.0), (4.0, 0.0)])])
-    assert line.beyond(np.array([point]))[0] == pytest.approx(expected)
-
-
 def test_walls_that_were_measured_against_can_still_be_pickled() -> None:
     corridor = Corridor.from_offsets(LONG, left=5.0, right=-5.0)
     body = np.array([[(0.0, -1.0), (3.0, -1.0), (3.0, 1.0), (0.0, 1.0)]])
@@ -106,3 +66,50 @@ def test_walls_that_were_measured_against_can_still_be_pickled() -> None:
     before = corridor.clearance(0, body)
     np.testing.assert_array_equal(again.clearance(0, body), before)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(corridor)).clearance(0, body), before)
+
+
+BOX = [(-4.0, -20.0), (25.0, -20.0), (25.0, 12.0), (-4.0, 12.0)]
+OBSTACLES = [
+    [(2.0, 3.0), (3.0, 3.5), (2.0, 4.0)],
+    [(4.0, -4.0), (4.0, -5.0), (6.0, -5.0), (6.0, -4.0), (4.0, -4.0)],
+    [(7.1, 1.0), (8.0, 1.0), (8.0, 2.0), (7.1, 2.0), (7.3, 1.5)],
+]
+NARROWINGS = [Narrowing(22.0, 23.0, left=1.3), Narrowing(27.5, 28.4, right=-1.0)]
+
+REVERSING = [(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)]
+ROUTE = ReferencePath.from_segments(Pose2(0.0, 0.0, pi / 2), [(1, 0.05, 8.0), *REVERSING])
+ONE_WAY = ReferencePath.from_segments(Pose2(0.1, 0.2, 0.3), [(1, 0.0, 7.0), (1, 0.03, 5.0)])
+
+CORRIDORS: dict[str, Callable[[], Corridor]] = {
+    "offsets": lambda: Corridor.from_offsets(ROUTE, left=5.0, right=-5.0),
+    "narrowings": lambda: Corridor.from_offsets(ROUTE, left=5.0, right=-5.0, narrowings=NARROWINGS),
+    "obstacles": lambda: Corridor.from_offsets(ROUTE, left=4.0, right=-3.0, obstacles=OBSTACLES),
+    "other obstacles": lambda: Corridor.from_offsets(ROUTE, left=4.0, right=-3.0).with_obstacles(OBSTACLES),
+    "polygon": lambda: Corridor.from_polygon(ONE_WAY, BOX),
+    "polygon and obstacles": lambda: Corridor.from_polygon(ONE_WAY, BOX, obstacles=OBSTACLES),
+}
+
+
+@pytest.fixture(params=CORRIDORS)
+def corridor(request: pytest.FixtureRequest) -> Corridor:
+    return CORRIDORS[request.param]()
+
+
+def test_boundaries_and_obstacles_are_the_same(corridor: Corridor) -> None:
+    lines, again = corridor.to_lines(), Corridor.from_lines(corridor.to_lines()).to_lines()
+    for one, other in zip(lines.parts, again.parts, strict=True):
+        assert (len(one.left), one.joined, one.narrowest) == (len(other.left), other.joined, other.narrowest)
+        assert all(map(np.array_equal, (*one.left, *one.right), (*other.left, *other.right)))
+    assert len(lines.obstacles) == len(again.obstacles)
+    assert all(map(np.array_equal, lines.obstacles, again.obstacles))
+
+
+def test_half_planes_and_clearances_are_the_same(corridor: Corridor) -> None:
+    again = Corridor.from_lines(corridor.to_lines())
+    points = np.random.default_rng(1).uniform((-6.0, -22.0), (27.0, 14.0), (300, 2))
+    bodies = points[:, None, :] + np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5]])
+    for part in range(len(corridor.walls)):
+        before, after = (sides_of(each, part, points) for each in (corridor, again))
+        np.testing.assert_array_equal(before.distance, after.distance)
+        np.testing.assert_array_equal(before.normal, after.normal)
+        np.testing.assert_array_equal(corridor.clearance(part, bodies), again.clearance(part, bodies))

@@ -20,10 +20,9 @@ from geometry.convex import (
     ON_B_X,
     ON_B_Y,
     VALUE,
-    WITNESS,
-    signed_distance,
 )
 from geometry.shape_grid import Body
+from tests.geometry.convex_shapes import between
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 
@@ -51,12 +50,6 @@ def box(length: float, width: float, x: float, y: float, phi: float) -> Array:
     c, s = cos(phi), sin(phi)
     half = 0.5 * np.array([(-length, -width), (length, -width), (length, width), (-length, width)])
     return np.asarray(half @ np.array([(c, s), (-s, c)]) + (x, y))
-
-
-def between(a: Array, b: Array) -> Array:
-    found = np.zeros(WITNESS)
-    signed_distance(np.ascontiguousarray(a), np.ascontiguousarray(b), found)
-    return found
 
 
 @st.composite
@@ -165,7 +158,7 @@ def test_half_planes_beside_a_body_have_normals_of_length_1_and_turn_no_faster_t
         found = corridor.contacts(0, body, np.array([(x, 0.0, phi)]), within=2.0, outward=0.02)
         near = np.isfinite(found.apart)
         assert np.abs(found.normal[near]) == pytest.approx(np.ones(near.sum()), abs=1e-5)
-        assert (np.abs(found.turning[near]) <= reach + 1e-6).all()
+        assert (np.abs((found.at.conj() * found.normal).imag[near]) <= reach + 1e-6).all()
 
 
 # -- boundaries along a path ---------------------------------------------------------------------------------

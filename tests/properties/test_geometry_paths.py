@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geometry import Pose2, ReferencePath, lift, wrap
-from geometry.reeds_shepp import PIECES, after, shortest
+from geometry.reeds_shepp import PIECES, WORDS, words
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 
@@ -132,12 +132,14 @@ def cheapest(
     x: float, y: float, phi: float, radius: float
 ) -> tuple[float, tuple[float, float, float], np.ndarray[tuple[int], np.dtype[np.float64]]]:
     """The length of the shortest way [m], where it leads, and its pieces."""
-    lengths, turns = np.zeros(PIECES), np.zeros(PIECES)
-    cost = shortest(x, y, phi, radius, 1.0, 0.0, lengths, turns)
-    at = (0.0, 0.0, 0.0)
-    for length, turned in zip(lengths.tolist(), turns.tolist(), strict=True):
-        at = after(*at, length, turned, radius)
-    return cost, at, lengths
+    lengths, turns = np.zeros((WORDS, PIECES)), np.zeros((WORDS, PIECES))
+    count = words(x / radius, y / radius, phi, lengths, turns)
+    costs = radius * np.abs(lengths[:count]).sum(axis=1)
+    best = int(np.argmin(costs))
+    pieces = zip(radius * lengths[best], turns[best] / radius, strict=True)
+    driven = [(1 if length > 0.0 else -1, bend, abs(length)) for length, bend in pieces if length != 0.0]
+    end = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), driven).end if driven else Pose2(0.0, 0.0, 0.0)
+    return float(costs[best]), (end.x, end.y, end.phi), radius * lengths[best]
 
 
 @FEW

@@ -79,7 +79,7 @@ def test_normals_and_points_are_those_of_the_stage() -> None:
             moved = Trajectory(times=plan.times, states=states, controls=plan.controls)
             after = stage_contacts(corridor, 0, BODY, moved, MARGIN, VEHICLE.wheelbase).apart[k, piece, 2]
             normal = found.normal[k, piece, 2] * np.exp(1j * plan.states[k + 1, PHI])
-            slopes = np.array([normal.real, normal.imag, found.turning[k, piece, 2]])
+            slopes = np.array([normal.real, normal.imag, (found.at.conj() * found.normal).imag[k, piece, 2]])
             # The way from a stage to where the body is nearest turns with it.
             most = 1e-7 + LENGTH * turn_most
             assert after - found.apart[k, piece, 2] == pytest.approx(slopes @ change, abs=most)

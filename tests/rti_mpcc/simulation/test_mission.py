@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from geometry.outline import placed
+from geometry.outline import outline_at
 from rti_mpcc import DockingMission
 from rti_mpcc.config import Vehicle
 from rti_mpcc.planning.agenda import StepRecord
@@ -47,7 +47,7 @@ def test_mission_and_planner_are_found_in_what_they_are_wrapped_in() -> None:
 @pytest.mark.parametrize("goal", [Pose2(1.0, 2.0, 0.0), Pose2(-4.0, 3.0, pi / 2)], ids=repr)
 def test_the_vehicle_touches_the_body_where_the_two_meet(goal: Pose2) -> None:
     vehicle = Vehicle()
-    body = placed(BODY, goal)
+    body = outline_at(BODY, goal)
     for along, touching in ((-0.01, False), (0.0, True), (0.2, True)):
         pose = goal.compose(Pose2(4.5 - vehicle.front + along, 0.0, 0.0))
         assert touches(pose, vehicle, body) is touching
