@@ -14,7 +14,7 @@ from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
 from rti_mpcc.simulation import docking_controller, load_scenario
-from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
 
 
@@ -84,12 +84,12 @@ def _scenarios(asked: Sequence[str]) -> list[Scenario]:
 
 def _animated(
     cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
-) -> tuple[list[Outcome], list[Path]]:
+) -> tuple[list[DrivenCase], list[Path]]:
     """Drive the cases one by one, and write one animation a scenario."""
     # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
     from rti_mpcc.report.animation import animation_file, write_animation
 
-    outcomes: list[Outcome] = []
+    outcomes: list[DrivenCase] = []
     rides: dict[str, list[Ride]] = {}
     for case in cases:
         observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))

@@ -16,7 +16,7 @@ from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import BESIDE, entries_once, grid
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.simulation.goal_metrics import errors_to
+from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import MissionResult
 
@@ -150,8 +150,7 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     told = [(each, each.pose) for each in ride.detections if each.pose is not None]
     stamps = np.array([each.stamp for each, _ in told])
     poses = np.array([(pose.x, pose.y, pose.phi) for _, pose in told]).reshape(-1, 3)
-    then = np.minimum(np.searchsorted(ride.motion.times, stamps - SAME_TIME), len(ride.motion.times) - 1)
-    detections = errors_to(ride.motion.goals[then], poses) * _UNITS
+    detections = errors_to(ride.motion.goals[ride.motion.rows_at(stamps)], poses) * _UNITS
     accepted = np.array([each.accepted for each, _ in told], dtype=np.bool_)
     # A setpoint that is farther off is a stop on the route, and not the goal.
     near = setpoint[(np.abs(setpoint) <= FARTHEST).all(axis=1)]

@@ -8,12 +8,37 @@ from typing import TypeVar
 
 from estimation import GoalMeasurement
 from geometry import Pose2
-from rti_mpcc.simulation.forced_clock import ForcedClock
+from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.sections.faults import FaultSection, Kind
 from rti_mpcc.types import VehicleState
 
 Placed = TypeVar("Placed", VehicleState, GoalMeasurement)
+
+FAILED = Stop("forced to fail", 0)
+_TIMED_OUT = Stop(TIME_IS_UP, 0)
+"""After no iteration: after a few iterations a QP may be solved."""
+
+
+class ForcedClock(CycleClock):
+    """A clock that ends every QP before it starts; in all else a wall clock.
+
+    Args:
+        deadline: of the cycle [s], or None.
+        timed_out: the QPs are stopped by their time limit and the deadline is missed; else they fail.
+    """
+
+    def __init__(self, deadline: float | None, *, timed_out: bool) -> None:
+        super().__init__(deadline)
+        self._timed_out = timed_out
+
+    def stop(self) -> Stop:
+        """How every QP ends."""
+        return _TIMED_OUT if self._timed_out else FAILED
+
+    def _passed(self, passed: bool) -> bool:
+        return passed or self._timed_out
 
 
 @dataclass(slots=True, kw_only=True)
@@ -81,7 +106,7 @@ def _beside(placed: Placed, left: float) -> Placed:
 
 
 def _pose_without_numbers() -> Pose2:
-    """A pose of NaN, made around the check that refuses it: as one that was read from a broken message."""
+    """A pose of NaN, as from a broken message: `Pose2` itself refuses it."""
     pose = object.__new__(Pose2)
     for name in ("x", "y", "phi"):
         object.__setattr__(pose, name, nan)

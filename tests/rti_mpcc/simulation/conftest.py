@@ -13,6 +13,7 @@ import pytest
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.simulation import Scenario, scenario_from_dict
+from rti_mpcc.simulation.result import Cycles
 from rti_mpcc.types import (
     Array,
     Command,
@@ -24,6 +25,15 @@ from rti_mpcc.types import (
     Trajectory,
     VehicleState,
 )
+
+
+def with_columns(cycles: Cycles, **columns: Any) -> Cycles:
+    """The table of cycles with other columns."""
+    other = cycles.copy()
+    for name, values in columns.items():
+        other[name] = values
+    return other
+
 
 Script = Callable[[float, VehicleState], tuple[float, float]]
 

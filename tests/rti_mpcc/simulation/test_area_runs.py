@@ -12,7 +12,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
-from rti_mpcc.simulation.metrics import clearances, untimed
+from rti_mpcc.simulation.metrics import body_clearances, untimed
 from rti_mpcc.types import VehicleState
 from tests.rti_mpcc.simulation.conftest import forward, still
 
@@ -43,11 +43,10 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert (result.truth.part == 0).all()
 
 
-def test_without_a_way_there_is_no_last_part(scripted: Any, hall: Scenario) -> None:
+def test_without_a_route_there_is_no_path(scripted: Any, hall: Scenario) -> None:
     result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=scripted(script=still))
     assert not result.paths
-    assert not result.on_last_part(np.arange(3, dtype=np.int64)).any()
-    with pytest.raises(InputError, match=r"hall: no way was found"):
+    with pytest.raises(InputError, match=r"hall: no route was found"):
         _ = result.path
 
 
@@ -128,7 +127,7 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
-    assert clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
+    assert body_clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
     scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)

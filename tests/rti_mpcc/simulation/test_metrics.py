@@ -14,6 +14,7 @@ from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, s
 from rti_mpcc.simulation.metrics import energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import direction_changes, energy_bound
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
+from tests.rti_mpcc.simulation.conftest import with_columns
 
 STEP = 0.01
 TIMES: Array = STEP * np.arange(1001, dtype=np.float64)
@@ -142,7 +143,7 @@ def test_hard_braking_is_counted_by_its_reason(scripted: Any, straight: Scenario
     assert summary(result)["hard_braking"] == {Reason.DRIVES.value: hard}
     last = int(np.flatnonzero(cycles.acceleration == -1.0)[-1])
     causes = tuple(Reason.CONTACT_AHEAD if i == last else each for i, each in enumerate(cycles.cause))
-    other = summary(replace(result, cycles=replace(cycles, cause=causes)))
+    other = summary(replace(result, cycles=with_columns(cycles, cause=causes)))
     assert other["hard_braking"] == {Reason.CONTACT_AHEAD.value: 1, Reason.DRIVES.value: hard - 1}
     # What a weak drive makes of it is in comfort.
     weak = replace(result, scenario=changed(result.scenario, {"simulation.acceleration_gain": 0.4}))
@@ -183,7 +184,7 @@ def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
     step_ms = np.linspace(1.0, 2.0, count)
     step_ms[0] = 500.0
     iterations = np.arange(count)
-    cycles = replace(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
+    cycles = with_columns(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
     figures = summary(replace(run, cycles=cycles))
     assert figures["cycle_ms"]["max"] == 2.0
     assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
@@ -234,7 +235,5 @@ def test_substitutes_are_counted_and_braking_to_the_goal_is_none(run: RunResult)
     none = [(solved, Status.FOLLOWING), (braking, Status.SETTLING), (standing, Status.DOCKED)]
     some = [(shifted, Status.FOLLOWING), (braking, Status.BLOCKED), (standing, Status.FAILED)]
     source, status = zip(*none, *some, strict=True)
-    assert (
-        summary(replace(run, cycles=replace(run.cycles, source=source, status=status)))["fallback_cycles"]
-        == 3
-    )
+    cycles = with_columns(run.cycles[:6].view(np.recarray), source=source, status=status)
+    assert summary(replace(run, cycles=cycles))["fallback_cycles"] == 3

@@ -15,8 +15,8 @@ from rti_mpcc import DockingMission
 from rti_mpcc.config import Vehicle
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation import Scenario, driver_of, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.closed_loop import touches, with_body
 from rti_mpcc.simulation.controllers import all_succeeded, mission_in, planner_in
+from rti_mpcc.simulation.scenery import touches, with_body
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.simulation.conftest import area_tables
 

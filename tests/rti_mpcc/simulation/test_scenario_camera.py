@@ -12,6 +12,7 @@ from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.camera_detector import CameraDetector
+from rti_mpcc.simulation.metrics import detections_of
 from rti_mpcc.simulation.sections.camera import CameraSection, WrongSection
 from rti_mpcc.simulation.sections.goal import MeasurementSection
 from tests.rti_mpcc.simulation.conftest import camera_tables
@@ -76,6 +77,5 @@ def test_a_run_docks_by_its_pictures_and_is_the_same_each_time(source: GoalSourc
     first, again = (simulate(scenario, seed=3, goal_source=source) for _ in range(2))
     assert first.ended == "docked"
     assert (first.truth.poses == again.truth.poses).all()
-    assert first.tracking is not None
-    accepted = sum(judged.accepted for judged in first.tracking.detections)
+    accepted = sum(judged.accepted for judged in detections_of(first.cycles))
     assert (accepted > 10) is (source is GoalSource.DETECTED)

@@ -100,7 +100,7 @@ def test_it_is_given_and_kept_for_as_long_as_it_is_there(
     controller = scripted(script=forward)
     result = simulate(blocked(request.getfixturevalue(ground)), controller=controller)
     assert [len(given[3]) for given in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
-    assert [begin for begin, _ in result.corridors or result.besides] == [0.0, 1.0, 2.0]
+    assert [begin for begin, _ in result.obstacles] == [0.0, 1.0, 2.0]
     # It stays where it was put: the vehicle has come 1.5 m nearer when it goes, and is 0.5 m inside.
     (wall,) = {outline.tobytes() for given in controller.given for outline in given[3]}
     assert np.frombuffer(wall).reshape(-1, 2)[:, 0].min() == pytest.approx(0.5 + FRONT + 1.0)
@@ -121,7 +121,7 @@ def test_it_appears_though_the_cycle_is_lost(scripted: Any, straight: Scenario) 
     lost = {"kind": "lost_cycles", "from": 0.5, "to": 2.5}
     scenario = changed(straight, {"simulation.duration": 3.0, "faults": [fault, lost]})
     result = simulate(scenario, controller=scripted(script=forward))
-    assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
+    assert [begin for begin, _ in result.obstacles] == [0.0, 1.0, 2.0]
 
 
 @pytest.mark.parametrize("ground", ["straight", "hall"])
@@ -133,5 +133,5 @@ def test_without_changes_no_obstacles_are_given(
     simulate(scenario, controller=controller)
     assert {given[3] for given in controller.given} == {None}
     result = simulate(scenario, controller=controller, obstacles_at=lambda now: [np.array(BOX)])
-    ((_, corridor),) = result.corridors or [(0.0, None)]
-    assert len(corridor.obstacles if corridor else result.besides[0][1]) == 1
+    ((_, outlines),) = result.obstacles
+    assert len(outlines) == 1
