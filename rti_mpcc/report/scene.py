@@ -93,12 +93,8 @@ class Scene:
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
         target = np.array([[aim.x, aim.y, aim.phi]])
         goal = np.zeros((0, 3)) if moment.goal is None else moment.goal[None]
-        for shapes, poses in (
-            (self.plan_bodies, states[places]),
-            (self.body, moment.pose[None]),
-            (self.target, target),
-            (self.goal, goal),
-        ):
+        shown = {self.plan_bodies: states[places], self.body: moment.pose[None]}
+        for shapes, poses in {**shown, self.target: target, self.goal: goal}.items():
             shapes.set_verts(list(body_polygons(poses, vehicle)))
         self.driven.set_data(*self._driven[: index + 1].T)
         self.plan.set_data(states[:, X], states[:, Y])

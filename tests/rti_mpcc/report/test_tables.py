@@ -13,11 +13,10 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from rti_mpcc.report.comparison import compared, comparison_tables
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import failure_lines, mission_rows, summary_table
+from rti_mpcc.report.table import compared, comparison_tables, failure_lines, mission_rows, summary_table
 from rti_mpcc.simulation import RunResult, summary
 
 
