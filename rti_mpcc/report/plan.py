@@ -28,15 +28,8 @@ Rows = dict[str, Array]
 
 SPACING, FINE = 0.05, 0.01
 """Largest distance of two rows of a route, and of two rows at which its least clearance is measured [m]."""
-ROUTE = {
-    "s": "%.6f",
-    "x": "%.16g",
-    "y": "%.16g",
-    "heading": "%.12g",
-    "curvature": "%.12g",
-    "direction": "%d",
-    "segment": "%d",
-}
+ROUTE = {"s": "%.6f", "x": "%.16g", "y": "%.16g", "heading": "%.12g", "curvature": "%.12g"}
+ROUTE |= {"direction": "%d", "segment": "%d"}
 """Columns of route.csv with their formats: distance driven [m], pose of the rear axle [m], [rad], curvature,
 positive to the left [1/m], 1 forward or -1 reverse, index of the segment; x, y may lie far from (0, 0)."""
 _BODY_EVERY = 0.5
@@ -167,11 +160,12 @@ def _draw_route(axes: Axes, rows: Rows, poses: Array, vehicle: Vehicle) -> None:
 
 def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, rows: Rows, limit: float) -> None:
     parts = [segment.part for segment in manoeuvre.segments]
-    names = {direction: (name, color) for direction, name, color in _DIRECTIONS}
+    looks: dict[int, Any] = {
+        direction: {"label": name, "color": color} for direction, name, color in _DIRECTIONS
+    }
     for part in parts:
-        values, (name, color) = np.append(part.curvatures, part.curvatures[-1]), names[part.direction]
-        knots = part.knots - parts[0].start
-        axes.step(knots, values, where="post", color=color, linewidth=1.2, label=name)
+        knots, values = part.knots - parts[0].start, np.append(part.curvatures, part.curvatures[-1])
+        axes.step(knots, values, where="post", linewidth=1.2, **looks[part.direction])
     axes.set_ylim(-1.15 * limit, 1.15 * limit)
     axes.set_ylabel("curvature [1/m]")
     axes.tick_params(labelbottom=False)

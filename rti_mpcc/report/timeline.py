@@ -170,17 +170,21 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
         edge = float(reach[column])
         values = detections[:, column]
         beyond, places = np.abs(values) > edge, np.clip(values, -0.95 * edge, 0.95 * edge)
+        off: dict[str, Any] = {"": ~beyond, "^": beyond & (values > 0.0), "v": beyond & (values < 0.0)}
         for kind, name, color, marker in (
             (accepted, "accepted", style.GREEN, "."),
             (~accepted, "rejected", style.RED, "x"),
         ):
-            for own, drawn, label, symbol in (
-                (kind & ~beyond, values, name, marker),
-                (kind & beyond & (values > 0.0), places, f"{name}, farther off", "^"),
-                (kind & beyond & (values < 0.0), places, f"{name}, farther off", "v"),
-            ):
+            for symbol, there in off.items():
+                own, label = kind & there, f"{name}, farther off" if symbol else name
                 if own.any():
-                    axes.scatter(stamps[own], drawn[own], s=14.0, color=color, marker=symbol, label=label)
+                    look: dict[str, Any] = {
+                        "s": 14.0,
+                        "color": color,
+                        "marker": symbol or marker,
+                        "label": label,
+                    }
+                    axes.scatter(stamps[own], places[own], **look)
         axes.set_ylim(-edge, edge)
         axes.set_ylabel(GOAL_ROWS[column])
 
@@ -197,11 +201,8 @@ def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[Go
 
 
 def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None:
-    """A band for each step of a mission, in the colour of its result, and a mark at the end of each wait.
-
-    Args:
-        waited: label of that mark.
-    """
+    """A band for each step of a mission, in the colour of its result, and a mark `waited` at the end of each
+    wait."""
     for step in ride.steps:
         color, label = _OVER.get(step.result, _FAILED)
         start, end = _span(step, ride.end)
@@ -221,15 +222,9 @@ def name_bands(axes: Axes, ride: Ride) -> float:
         centre, half = middle / max(ride.end, SAME_TIME), 0.5 * _LETTER * (len(name) + 1)
         line = next((k for k, start in enumerate(free) if start <= centre - half), len(free))
         free[line : line + 1] = [centre + half]
-        axes.annotate(
-            name,
-            (middle, 1.0),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(0.0, 3.0 + line * _LINE_HEIGHT),
-            textcoords="offset points",
-            ha="center",
-            fontsize="small",
-        )
+        look: dict[str, Any] = {"xytext": (0.0, 3.0 + line * _LINE_HEIGHT), "textcoords": "offset points"}
+        look |= {"xycoords": axes.get_xaxis_transform(), "ha": "center", "fontsize": "small"}
+        axes.annotate(name, (middle, 1.0), **look)
     return _LINE_HEIGHT * len(free)
 
 

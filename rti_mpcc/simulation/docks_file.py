@@ -62,8 +62,7 @@ class ContactSection(Section):
     steering: Positive | None = None
     tolerance: TwoPositive | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """No distance."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.distance == 0.0:
             yield KeyProblem("distance", self.distance, "must not be 0")
 
@@ -88,8 +87,7 @@ class DockSection(Section):
             raise ValueError("must be text in one line, without blanks at its ends")
         return name
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """A body that is no polygon or is missing, a board too many, too few or with too few markers."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.body is not None:
             yield from polygon_problems("body", self.body)
         if self.uncertainty is not None and (self.body is None or self.approach is None):
@@ -131,8 +129,7 @@ class DocksSection(Section):
     vehicle: VehicleTable = Vehicle()
     area: AreaSection | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Docks of one name, boards that share markers, and overlaps where all else is right."""
+    def _problems(self) -> Iterator[KeyProblem]:
         wrong = []
         for (one, first), (other, second) in combinations(enumerate(self.docks), 2):
             if first.name == second.name:

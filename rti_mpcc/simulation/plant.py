@@ -64,16 +64,15 @@ class PlantFault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantParameters:
-    """What the plant is; the controller knows neither the errors nor the gain.
+    """The true vehicle; the controller knows neither the errors nor the gain.
 
     Attributes:
-        wheelbase: the true one [m].
-        steering_limit: mechanical stop of the measured steering angle [rad].
+        wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
         steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
         dead_time: from command to effect, on both actuators [s].
         steering_offset: the wheels stand at delta + offset [rad].
-        acceleration_gain: true over commanded acceleration.
-        acceleration_offset: comes on top of it, positive to the front [m/s²].
+        acceleration_gain: true over commanded acceleration; acceleration_offset: is added, positive to the
+            front [m/s²].
         faults: of the actuators, in any order.
     """
 
@@ -115,11 +114,9 @@ class PlantState:
     """The truth at one instant.
 
     Attributes:
-        time: [s].
-        x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
+        time: [s]; x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
         v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: what the actuators were told last and do, but for faults and the offset
-            [m/s²], [rad/s].
+        acceleration, steering_rate: of the last command that takes effect [m/s²], [rad/s].
         pending: commands that have not taken effect, in the order of their times.
     """
 
@@ -140,7 +137,7 @@ class PlantState:
 
     @property
     def measured(self) -> VehicleState:
-        """What sensors without noise tell of it."""
+        """The state by sensors without noise."""
         return VehicleState(x=self.x, y=self.y, phi=self.phi, v=self.v, delta=self.delta)
 
 
@@ -152,11 +149,9 @@ def issue(
     steering_rate: float,
     delay: float = 0.0,
 ) -> PlantState:
-    """Send a command [m/s²], [rad/s] at the plant's present time; the actuators do it one dead time later.
+    """Send a command [m/s²], [rad/s] at the plant's present time; it takes effect one dead time later.
 
-    A command `delay` [s] late may arrive after younger ones: the actuators do what arrived last.
-
-    Raises InputError when a value is not finite: the plant has no way to do that.
+    A command `delay` [s] late may arrive after younger ones. Raises InputError if a value is not finite.
     """
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):

@@ -91,15 +91,6 @@ class Scenario(Section):
             raise InputError(f"{self.name}: has no [{name}]")
         return section
 
-    @property
-    def goal_is_path_end(self) -> bool:
-        """No goal pose is given: the controller is to stop at the path's last pose."""
-        return self.goal.offset is None and self.goal.pose is None
-
-    def build_vehicle(self) -> Vehicle:
-        """The vehicle that the controller knows."""
-        return self.vehicle
-
     def build_path(self) -> ReferencePath:
         """The route. Raises PathError, or InputError where none is given."""
         return self.path.build()
@@ -138,7 +129,7 @@ class Scenario(Section):
         """
         if self.goal.measurement is not None:
             return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
-        return None if self.goal_is_path_end else self.goal_pose(path)
+        return None if self.goal.is_path_end else self.goal_pose(path)
 
     def controller_config(
         self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
@@ -179,10 +170,7 @@ class Scenario(Section):
         errors = self.simulation.model_dump(include={"dead_time", *_ERRORS})
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
-    # -- what does not go together -------------------------------------------------------------------------
-
-    def problems(self) -> Iterator[KeyProblem]:
-        """Tables that do not go together; what is built from them only where nothing else is wrong."""
+    def _problems(self) -> Iterator[KeyProblem]:
         found = [*self._ground_problems(), *self._comfort_problems(), *self._mission_problems()]
         yield from found or (self._settings_problems() if self.in_area else self._path_problems())
 
@@ -206,9 +194,7 @@ class Scenario(Section):
             yield KeyProblem("controller.docking_time", time, allowed)
 
     def _comfort_problems(self) -> Iterator[KeyProblem]:
-        comfort = self.controller.comfort_acceleration
-        if comfort is None:
-            comfort = COMFORT_ACCELERATION
+        comfort = self.controller.comfort_acceleration or COMFORT_ACCELERATION
         if comfort > self.limits.acceleration:
             allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
             yield KeyProblem("controller.comfort_acceleration", comfort, allowed)
@@ -271,7 +257,7 @@ class Scenario(Section):
         planned, goal = self.planned_goal(path), self.goal_pose(path)
         if self.goal.measurement is not None and planned is not None:
             yield "goal.measurement.initial_offset", planned
-        if not self.goal_is_path_end:
+        if not self.goal.is_path_end:
             yield "goal", goal
         for index, shift in enumerate(self.goal.shifts):
             goal = goal.compose(Pose2(*shift.offset))

@@ -92,4 +92,4 @@ def test_an_outline_that_is_the_rectangle_is_driven_like_it() -> None:
 def test_a_scenario_file_keeps_the_outline(scenario: Scenario, tmp_path: Path) -> None:
     file = save_scenario(scenario, tmp_path)
     assert load_scenario(file) == scenario
-    assert scenario.build_vehicle().outline == FORKS
+    assert scenario.vehicle.outline == FORKS

@@ -52,18 +52,15 @@ class KeyProblem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
-        key = self.key
-        if not key.isprintable() or len(key) > _LONGEST_KEY:
-            key = shown(key, _LONGEST_KEY)
-        return (
-            f"{key}: {self.allowed}" if self.value is None else f"{key} = {shown(self.value)}: {self.allowed}"
-        )
+        fits = self.key.isprintable() and len(self.key) <= _LONGEST_KEY
+        key = self.key if fits else shown(self.key, _LONGEST_KEY)
+        value = "" if self.value is None else f" = {shown(self.value)}"
+        return f"{key}{value}: {self.allowed}"
 
     def below(self, key: str) -> KeyProblem:
         """The same problem, of a table that is at `key`."""
-        return self._replace(
-            key=key + self.key if self.key[:1] in ("", "[") or not key else f"{key}.{self.key}"
-        )
+        dot = "" if self.key[:1] in ("", "[") or not key else "."
+        return self._replace(key=key + dot + self.key)
 
 
 class WrongTable(ValueError):
@@ -81,12 +78,12 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _go_together(self) -> Self:
-        if found := list(self.problems()):
+        if found := list(self._problems()):
             raise WrongTable(found)
         return self
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """What is wrong with values that are allowed each by itself."""
+    def _problems(self) -> Iterator[KeyProblem]:
+        """Values that are allowed each by itself, but not together."""
         yield from ()
 
 
@@ -138,11 +135,11 @@ def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folde
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        lines = (f"{source}: {problem}" for problem in _problems(error, model))
+        lines = (f"{source}: {problem}" for problem in _translated(error, model))
         raise ScenarioError("\n".join(lines)) from error
 
 
-def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
+def _translated(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
     """Pydantic's errors in the table at `at` of a file with this model, in this project's words.
 
     A list whose entries are wrong is also said to be too short: that is dropped.
@@ -160,7 +157,7 @@ def _problems(error: ValidationError, model: type[BaseModel], at: Location = ())
             found += [problem.below(key) for problem in cause.problems]
         elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
             # It names the class of the settings, which a file does not know.
-            found += _problems(cause.__context__, model, location)
+            found += _translated(cause.__context__, model, location)
         else:
             found.append(_worded(item, location, model))
     return found
@@ -178,9 +175,8 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
     if kind == "union_tag_not_found":
         return KeyProblem(f"{key}.kind", None, "required")
     if kind == "union_tag_invalid":
-        return KeyProblem(
-            f"{key}.kind", context["tag"], f"must be {' or '.join(context['expected_tags'].rsplit(', ', 1))}"
-        )
+        tags = " or ".join(context["expected_tags"].rsplit(", ", 1))
+        return KeyProblem(f"{key}.kind", context["tag"], f"must be {tags}")
     if kind == "value_error":
         return KeyProblem(key, value, str(context["error"]))
     return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])

@@ -47,8 +47,7 @@ class CameraSection(Section):
     lost: Pair | None = None
     wrong: WrongSection | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Times in the wrong order, and markers that a dictionary does not have or two boards share."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.lost is not None and not 0.0 <= self.lost[0] < self.lost[1]:
             allowed = "must be two times after the first detection, the later one last"
             yield KeyProblem("lost", list(self.lost), allowed)

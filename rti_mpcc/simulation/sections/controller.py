@@ -50,8 +50,7 @@ class SimulationSection(Section):
     state_noise: _Noise = (0.0, 0.0, 0.0, 0.0, 0.0)
     start_offset: Triple = (0.0, 0.0, 0.0)
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """A plant that steps more seldom than the controller."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.plant_step > self.cycle:
             allowed = f"must be <= simulation.cycle = {self.cycle}"
             yield KeyProblem("plant_step", self.plant_step, allowed)

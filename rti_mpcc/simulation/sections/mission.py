@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from numpy.typing import ArrayLike
 from pydantic import Field
@@ -89,15 +89,15 @@ def built_step(section: AnyStepSection, goal: Pose2 | None, body: ArrayLike | No
     given = {name: getattr(section, name) for name in section.model_fields_set if name != "kind"}
     match section:
         case DockStep():
-            if section.approach is not None:
-                given["approach"] = section.approach.build()
-            return Dock(goal, body=body, **given)
+            approach = {} if section.approach is None else {"approach": section.approach.build()}
+            return Dock(goal, body=body, **{**given, **approach})
         case WaitStep():
             return Wait(**given)
         case StraightStep():
-            if given.pop("contact", False):
-                given["until"] = signalled_by_the_simulation
-            return Straight(**given)
+            touching: dict[str, Any] = (
+                {"until": signalled_by_the_simulation} if given.pop("contact", False) else {}
+            )
+            return Straight(**given, **touching)
         case UndockStep():
             return Undock(**given)
         case DriveToStep():

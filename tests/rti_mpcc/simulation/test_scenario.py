@@ -139,7 +139,7 @@ def test_defaults_are_those_of_the_contract(straight: Scenario) -> None:
     assert (config.cycle, config.dead_time, config.deadline) == (0.05, 0.0, None)
     assert (config.vehicle.wheelbase, config.limits.speed) == (2.875, 10.0)
     assert (straight.simulation.plant_step, straight.simulation.duration) == (0.01, 120.0)
-    assert straight.goal_is_path_end
+    assert straight.goal.is_path_end
     assert straight.goal_pose(straight.build_path()) == Pose2(10.0, 0.0, 0.0)
 
 
@@ -155,7 +155,7 @@ def test_controller_assumes_the_dead_time_of_the_plant_unless_given(straight: Sc
 
 def test_start_area_and_goal(hall: Scenario, straight: Scenario) -> None:
     assert hall.in_area
-    assert not hall.goal_is_path_end
+    assert not hall.goal.is_path_end
     assert hall.start_pose() == Pose2(0.0, 0.0, 0.0)
     assert hall.goal_pose() == hall.planned_goal() == Pose2(15.0, 0.0, 0.0)
     area = hall.build_area()
