@@ -75,10 +75,7 @@ def row_of(index: int, driven: DrivenCase, drawn: Drawn) -> CampaignRow:
     """The row of a case that was driven."""
     result, cycles = driven.result, driven.result.cycles
     statuses = Counter(status.value for status in cycles.status)
-    counts = {
-        "cycles_by_status": dict(sorted(statuses.items())),
-        "failures_driven": failures_driven(cycles),
-    }
+    counts = {"cycles_by_status": dict(sorted(statuses.items())), "failures_driven": failures_driven(cycles)}
     outcome = outcome_of(result, docked=driven.figures["docked"])
     reasons = [] if outcome is CaseOutcome.DOCKED else [reason for reason in cycles.reason if reason]
     timed = {name: driven.figures[name] for name in ("cycle_ms", "deadline_misses")}

@@ -19,14 +19,7 @@ from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_o
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
-from rti_mpcc.simulation.result import (
-    DOCK_TIME,
-    STANDSTILL_SPEED,
-    Planning,
-    RunResult,
-    Truth,
-    cycle_table,
-)
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Planning, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Outlines, Scenery, touches, with_body
 from rti_mpcc.types import Command, Status, VehicleState

@@ -85,13 +85,6 @@ def test_options_reach_the_run_which_exits_1_where_it_does_not_dock() -> None:
     assert {file.name for file in Path("here/there").iterdir()} == {"summary.json", "trajectory.csv"}
 
 
-@pytest.mark.parametrize("source", [None, "detected", "raw", "known"])
-def test_goal_source_reaches_the_run(source: str | None) -> None:
-    write(more="[goal.measurement]\ninitial_offset = [0.1, 0.0, 0.0]\n")
-    assert main(["run", "short.toml", "--no-plots", *(["--goal-source", source] if source else [])]) == 1
-    assert figures()["goal"]["source"] == (source or "detected")
-
-
 def test_goal_source_without_detections_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert refused(capsys, "run", "short.toml", "--goal-source", "raw") == (
         "rti-mpcc: error: goal_source = 'raw': must be 'detected', the default, "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from numpy.typing import ArrayLike
 from pydantic import Field
@@ -94,10 +94,9 @@ def built_step(section: AnyStepSection, goal: Pose2 | None, body: ArrayLike | No
         case WaitStep():
             return Wait(**given)
         case StraightStep():
-            touching: dict[str, Any] = (
-                {"until": signalled_by_the_simulation} if given.pop("contact", False) else {}
-            )
-            return Straight(**given, **touching)
+            if given.pop("contact", False):
+                given["until"] = signalled_by_the_simulation
+            return Straight(**given)
         case UndockStep():
             return Undock(**given)
         case DriveToStep():

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
-from estimation import GoalStatus, Judgement, Outcome
+from estimation import GoalStatus, Judgement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
@@ -91,11 +89,7 @@ def test_each_goal_is_drawn_at_its_place(detected: tuple[RunResult, Ride]) -> No
     figure = overview_figure(ride)
     first, last = result.truth.goals[0], result.truth.goals[-1]
     planned = Pose2(*first.tolist()).compose(Pose2(0.4, -0.3, 0.1))
-    poses = {
-        "goal before it moved": first,
-        "goal": last,
-        "planned goal": (planned.x, planned.y, planned.phi),
-    }
+    poses = {"goal before it moved": first, "goal": last, "planned goal": (planned.x, planned.y, planned.phi)}
     for label, pose in poses.items():
         (path,) = drawn(figure, label).get_paths()
         assert np.asarray(path.vertices)[:4] == pytest.approx(body_at(ride, pose))
@@ -126,31 +120,12 @@ def test_overview_in_an_area_shows_static_and_other_obstacles_and_routes(hall: R
     assert not {"route", "earlier route"} & set(labels(overview_figure(replace(hall, routes=()))))
 
 
-def test_timeline_marks_cusps_and_replanning(hall: Ride) -> None:
-    axes = timeline_figure(replace(hall, routes=((0.0, PATH), (0.5, OTHER))), {}).axes[3]
-    assert labels(axes) == ["true", "cusp", "replanned"]
-    (cusp,) = (line for line in axes.get_lines() if line.get_label() == "cusp")
-    assert np.asarray(cusp.get_xydata()) == pytest.approx(np.array([(0.0, 6.0), (0.5, 6.0)]))
-    assert labels(timeline_figure(replace(hall, routes=()), {}).axes[3]) == ["true"]
-
-
 def test_timeline_shares_its_time_axis_and_names_units(ride: Ride, figures: dict[str, Any]) -> None:
     figure = timeline_figure(ride, figures)
     assert [axes.get_ylabel() for axes in figure.axes] == ROWS
     assert {axes.get_xlim() for axes in figure.axes} == {(0.0, ride.end)}
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert "matplotlib.pyplot" not in sys.modules
-
-
-@pytest.mark.parametrize(("tolerance", "dock", "marks"), [(None, None, 0), (1.0, None, 1), (1.0, 2.0, 2)])
-def test_timeline_marks_arrival_and_docking(
-    ride: Ride, tolerance: float | None, dock: float | None, marks: int
-) -> None:
-    figure = timeline_figure(ride, {"time_to_tolerance_s": tolerance, "time_to_dock_s": dock})
-    for axes in figure.axes:
-        names = [line.get_label() for line in axes.get_lines()]
-        assert sum(name in ("inside tolerance", "docked") for name in names) == marks
-    assert sum(name in ("inside tolerance", "docked") for name in labels(figure.axes[1])) == 0
 
 
 @pytest.mark.parametrize("which", ["run", "mission"])
@@ -210,17 +185,6 @@ def curve(axes: Axes, color: str) -> Any:
     return np.asarray(found.get_ydata())
 
 
-def markers(axes: Axes, color: str) -> Any:
-    """(k, 2) time and value of the markers of one colour."""
-    drawn = [one for one in axes.collections if isinstance(one, PathCollection)]
-    kept = [one for one in drawn if tuple(np.asarray(one.get_facecolor())[0, :3]) == to_rgb(color)]
-    return np.concatenate([np.zeros((0, 2)), *[np.asarray(one.get_offsets()) for one in kept]])
-
-
-def told(stamp: float, offset: Pose2, outcome: Outcome = Outcome.ACCEPTED) -> Judgement:
-    return Judgement(stamp=stamp, outcome=outcome, pose=GOAL.compose(offset), nis=1.0)
-
-
 def test_goal_rows_are_there_where_a_filter_was_in_use(detected: tuple[RunResult, Ride]) -> None:
     ride = detected[1]
     figure = timeline_figure(ride, summary(detected[0]))
@@ -264,31 +228,6 @@ def test_estimate_band_and_setpoint_are_in_the_frame_of_the_true_goal(ride: Ride
         assert (band.y0, band.y1) == pytest.approx((error - 3.0 * std, error + 3.0 * std), abs=1e-9)
 
 
-def test_detections_stand_at_their_stamp_against_the_goal_of_that_time(ride: Ride) -> None:
-    detections = (
-        told(0.987, Pose2(0.04, -0.03, 0.01), Outcome.ACQUIRED),
-        told(2.5, Pose2(1.04, 0.02, 0.0)),
-        told(1.5, Pose2(-0.02, 0.06, 0.0), Outcome.REJECTED),
-        Judgement(stamp=1.0, outcome=Outcome.REFUSED, reason="known already"),
-    )
-    rows = known(ride, detections=detections, moves_at=2.0)
-    assert markers(rows[0], style.GREEN) == pytest.approx(np.array([(0.987, 0.04), (2.5, 0.04)]))
-    assert markers(rows[1], style.GREEN) == pytest.approx(np.array([(0.987, -0.03), (2.5, 0.02)]))
-    assert markers(rows[0], style.RED) == pytest.approx(np.array([(1.5, -0.02)]))
-    assert markers(rows[2], style.GREEN)[0] == pytest.approx((0.987, np.degrees(0.01)))
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_wrong_detection_is_marked_at_the_edge_and_leaves_the_axis_alone(ride: Ride, side: float) -> None:
-    wrong = told(2.0, Pose2(side * 1.2, 0.01, 0.0), Outcome.REJECTED)
-    rows = known(ride, detections=(told(1.0, Pose2(0.1, 0.0, 0.0)), wrong))
-    assert rows[0].get_ylim() == pytest.approx((-0.11, 0.11))
-    ((time, value),) = markers(rows[0], style.RED)
-    assert (time, 0.09 < side * value < 0.11) == (2.0, True)
-    assert markers(rows[1], style.RED) == pytest.approx(np.array([(2.0, 0.01)]))
-    assert "rejected, farther off" in labels(rows[0])
-
-
 def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]) -> None:
     result, ride = mission
     figure = timeline_figure(ride, summary(result))
@@ -297,12 +236,3 @@ def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]
     assert set(labels(figure.axes[0])) == marks | {"true"}
     assert not set(labels(figure.axes[1])) & marks
     assert [len(axes.patches) for axes in figure.axes] == [3, 3, 3, 0, 0, 0]
-
-
-def test_overview_of_a_mission_shows_the_docked_object_and_the_ends_of_steps(
-    mission: tuple[RunResult, Ride],
-) -> None:
-    figure = overview_figure(mission[1])
-    assert {"docked object", "body at the end of a step"} <= set(labels(figure))
-    assert "obstacle" not in labels(figure)  # the docked object is drawn by itself
-    assert len(drawn(figure, "body at the end of a step").get_paths()) == 3

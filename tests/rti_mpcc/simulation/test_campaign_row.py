@@ -39,19 +39,6 @@ def test_a_row_has_the_figures_of_the_run_and_is_the_same_each_time(outcome: Dri
     assert sum(table["figures"]["cycles_by_status"].values()) == len(outcome.result.cycles.times)
 
 
-def test_what_is_timed_is_kept_apart(outcome: DrivenCase) -> None:
-    timed = row_of(7, outcome, DRAWN).timed
-    assert timed == {
-        "cycle_ms": outcome.figures["cycle_ms"],
-        "deadline_misses": 0,
-        "misses": {},
-        "planning_s": None,
-    }
-    hurried = row_of(7, driven(deadline=0.0011), DRAWN).timed
-    assert hurried is not None
-    assert sum(hurried["misses"].values()) == hurried["deadline_misses"]
-
-
 @pytest.mark.parametrize(
     ("docked", "ended", "last", "expected"),
     [

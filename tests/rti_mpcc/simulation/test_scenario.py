@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -32,8 +31,6 @@ from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, strai
 from tests.rti_mpcc.yards import BRISK
 
 IN_AN_AREA = [name for name in builtin_names() if load_scenario(name).in_area]
-BOX = [[-2.0, -3.0], [12.0, -3.0], [12.0, 3.0], [-2.0, 3.0]]
-TRIANGLE = [[6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]
 TRICKY = 'a "quoted" \\ text,\nsecond line\ttab, \x7f and \x01, δ̇ ≤ 0.6, 🚚'
 BODY = [[4.5, -1.0], [6.5, -1.0], [6.5, 1.0], [4.5, 1.0]]
 COMMON = {"timeout": 9.0, "patience": 3.0, "retries": 2, "retry_from": 0, "then": "home"}
@@ -94,9 +91,6 @@ def with_mission() -> dict[str, Any]:
     return tables
 
 
-# -- the built-in ones ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_scenarios(name: str, caplog: pytest.LogCaptureFixture, tmp_path: Path) -> None:
     scenario = load_scenario(name)
@@ -128,9 +122,6 @@ def test_they_are_those_of_the_contract() -> None:
     for far, near in zip(course.corridor.narrowings, behind.corridor.narrowings, strict=True):
         there = (far.start - 30.0, far.end - 30.0, far.left, far.right)
         assert there == (near.start, near.end, near.left, near.right)
-
-
-# -- what they mean ------------------------------------------------------------------------------------------
 
 
 def test_defaults_are_those_of_the_contract(straight: Scenario) -> None:
@@ -214,17 +205,6 @@ def test_along_a_path_a_dock_is_at_its_end_and_without_a_mission_there_is_none(s
     assert isinstance(mission.steps[0], Dock)
     assert (mission.steps[0].pose, mission.steps[0].then) == (None, "stop")
     assert isinstance(driver_of(straight), DockingController)
-
-
-# -- warnings, changes, files --------------------------------------------------------------------------------
-
-
-def test_too_sharp_a_path_is_a_warning(tables: dict[str, Any], caplog: pytest.LogCaptureFixture) -> None:
-    tables["path"]["segments"].append({"direction": 1, "curvature": 0.3, "length": 3.0})
-    with caplog.at_level(logging.WARNING):
-        scenario_from_dict(tables, source="sharp.toml")
-    (record,) = caplog.records
-    assert "sharp.toml: path: its largest curvature 0.3 1/m" in record.getMessage()
 
 
 def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:

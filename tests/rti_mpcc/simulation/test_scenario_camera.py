@@ -25,20 +25,6 @@ def camera(limits: Mapping[str, Any] | None = None, **keys: Any) -> CameraDetect
     return CameraDetector.of(section, MeasurementSection(rate=5.0, **(limits or {})), 0, None)
 
 
-def test_it_takes_no_picture_before_the_change_of_direction_where_it_is_to_wait() -> None:
-    taken: list[float] = []
-
-    def seen(stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
-        taken.append(stamp)
-
-    limits = MeasurementSection(rate=5.0, visible_after_cusp=True)
-    eye = CameraDetector.of(CameraSection(exact=True), limits, 0, seen)
-    assert eye.expose(0.0, HERE, GOAL, last_part=False) is None
-    assert taken == []
-    assert eye.expose(0.2, HERE, GOAL, last_part=True) is not None
-    assert taken == [0.2]
-
-
 @pytest.mark.parametrize("limits", [{"visible_range": 2.0}, {"blind_range": 4.0}])
 def test_it_sees_nothing_out_of_its_ranges(limits: dict[str, float]) -> None:
     assert camera(limits).expose(0.0, HERE, GOAL, last_part=True) is None
