@@ -91,7 +91,6 @@ def _scenarios(asked: Sequence[str]) -> list[Scenario]:
 def _animated(
     cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
 ) -> tuple[list[DrivenCase], list[Path]]:
-    """Drive the cases one by one, and write one animation a scenario."""
     # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
     from rti_mpcc.report.animation import animation_file, write_animation
 

@@ -81,7 +81,6 @@ def _watch(arguments: argparse.Namespace) -> int:
 
 
 def _ride(arguments: argparse.Namespace) -> Ride:
-    """Of the recording, or of a run of the scenario."""
     file, given = Path(arguments.what), vars(arguments)
     if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
         if any(given[name] is not None for name in _OF_SCENARIO):

@@ -62,7 +62,6 @@ def _draw_dock(axes: Axes, dock: Dock, vehicle: Vehicle) -> Array:
 
 
 def _draw_name(axes: Axes, name: str, pose: Pose2, tip: Pose2) -> None:
-    """The name ahead of the front."""
     right, up = cos(pose.phi), sin(pose.phi)
     axes.annotate(
         name,

@@ -100,7 +100,6 @@ def _draw_goals(axes: Axes, ride: Ride) -> None:
 
 
 def _draw_steps(axes: Axes, ride: Ride) -> None:
-    """The object at the dock, and the body where each step of the mission ended."""
     docked = [] if ride.docked_object is None else [ride.docked_object]
     draw_outlines(axes, docked, "docked object", style.PINK, zorder=1.5)
     ends = [step.end for step in ride.steps if step.end is not None]

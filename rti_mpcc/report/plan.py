@@ -85,7 +85,6 @@ def write_plan(
 
 
 def _poses(rows: Rows) -> Array:
-    """(n, 3) x [m], y [m], heading [rad]."""
     return np.column_stack([rows["x"], rows["y"], rows["heading"]])
 
 

@@ -141,7 +141,6 @@ class Observer:
 
 
 def _moment(controller: object, state: VehicleState, command: Command, time: float) -> Moment:
-    """A cycle as the controller knew it."""
     core: Any = wrapped(controller)[-1]
     route = getattr(core, "path", None)
     corridor = None if route is None else core.corridor
@@ -158,12 +157,7 @@ def _moment(controller: object, state: VehicleState, command: Command, time: flo
 
 
 class CameraFrames:
-    """Keeps the pictures of a run as small JPEG files, with the detections drawn on them; the `seen` of
-    `simulate`. Needs OpenCV.
-
-    Args:
-        section: the scenario's camera.
-    """
+    """Keeps the pictures of a run with their detections as small JPEG files: the `seen` of `simulate`."""
 
     def __init__(self, section: CameraSection) -> None:
         self.frames: list[tuple[float, bytes]] = []
@@ -186,13 +180,10 @@ def ride_of_run(
     title: str | None = None,
     frames: Sequence[tuple[float, bytes]] = (),
 ) -> Ride:
-    """The ride of a simulated run.
+    """The ride of a simulated run. Raises InputError if `moments` are not those of this run.
 
-    Args:
-        moments: of all its cycles by an `Observer`; without them there are no strip charts of the control.
-        title: default: the scenario and the preset; frames: pictures of its camera.
-
-    Raises InputError if `moments` are not those of this run.
+    Without `moments` of all its cycles by an `Observer` there are no strip charts of the control. `frames`:
+    pictures of its camera.
     """
     truth, goal, times = result.truth, result.scenario.goal, result.cycles.times
     if moments and len(moments) != len(times):
@@ -233,14 +224,9 @@ def ride_of_recording(
     """The ride of a recording, or of the whole cycles of a truncated one.
 
     Commands, plans and times are the recorded ones. A controller is driven along for the routes, which a
-    recording does not hold. Cycles that raised are left out.
+    recording does not hold. Cycles that raised are left out. `progress` is called with (cycles done, all).
 
-    Args:
-        progress: called after each cycle with the number of cycles done, and of all.
-
-    Raises:
-        RecordingError: the file cannot be read or is no recording.
-        InputError: it holds no cycle.
+    Raises RecordingError for a file that is no recording, InputError where it holds no cycle.
     """
     recording = read_recording(file, allow_truncated=True)
     driver, now, moments = recording.header.driver(), 0.0, list[Moment]()

@@ -30,13 +30,9 @@ _WHEEL = 0.45
 
 
 class Scene:
-    """Axes with the surroundings drawn once, and all else where a moment of the ride has it.
+    """Empty axes with the surroundings drawn once, and a moment of the ride.
 
-    Args:
-        axes: to draw on, empty; ride: with moments.
-
-    Attributes:
-        moving: the artists that change, in the order in which they are drawn.
+    `moving` are the artists that change, in the order in which they are drawn.
     """
 
     def __init__(self, axes: Axes, ride: Ride) -> None:
@@ -128,11 +124,7 @@ def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
 
 
 class WeightBars:
-    """One bar for each effective weight.
-
-    Args:
-        axes: to draw on, empty; largest: of all weights that are to be shown.
-    """
+    """One bar for each effective weight, up to the `largest` of all that are shown."""
 
     def __init__(self, axes: Axes, largest: float) -> None:
         names, colors = zip(*style.WEIGHTS, strict=True)
@@ -152,11 +144,7 @@ class WeightBars:
 
 
 class CameraView:
-    """The last picture of the camera.
-
-    Args:
-        axes: to draw on; frames: (stamp [s], JPEG file), at least one, in order of time.
-    """
+    """The last picture of the camera; frames: (stamp [s], JPEG file), at least one, in order of time."""
 
     def __init__(self, axes: Axes, frames: Sequence[tuple[float, bytes]]) -> None:
         self._frames = frames

@@ -111,7 +111,6 @@ def _thin(color: str, label: str) -> dict[str, Any]:
 
 
 def _draw_routes(axes: Axes, ride: Ride) -> None:
-    """The cusps of each route, and the times of replanning."""
     borders = [*(start for start, _ in ride.routes[1:]), ride.end]
     for (start, route), end in zip(ride.routes, borders, strict=False):
         for at in route.cusps:
@@ -190,7 +189,6 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
 
 
 def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
-    """The status of the filter as the background."""
     starts = [k for k, status in enumerate(statuses) if k == 0 or status is not statuses[k - 1]]
     for (start, until), k in zip(pairwise([*np.asarray(times)[starts], end]), starts, strict=True):
         status = statuses[k]

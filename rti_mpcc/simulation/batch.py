@@ -44,10 +44,7 @@ class DrivenCase:
 
 
 def drive(case: Case, controller: Controller | None = None) -> DrivenCase:
-    """Drive one case, in a prepared process; `controller` is its own, wrapped in something.
-
-    Raises InputError for an unknown method or preset.
-    """
+    """Drive one case, in a prepared process, by its own controller or a wrapped one. Raises InputError."""
     options: dict[str, Any] = {"method": case.method, "preset": case.preset}
     controller = controller or driver_of(case.scenario, **options)
     prepare_process()
@@ -67,7 +64,9 @@ def drive_all(
 ) -> list[DrivenCase]:
     """Drive all cases in `jobs` processes, by default one a core; with one job in this process.
 
-    `progress` is called with (done, in all). Raises InputError for an unknown method or preset, or jobs < 1.
+    Raises InputError.
+
+    `progress` is called with (done, in all).
     """
     driven = []
     for outcome in in_processes(drive, cases, checked_jobs(jobs)):

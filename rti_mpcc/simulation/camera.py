@@ -41,13 +41,13 @@ NEAREST = 0.1
 
 
 class Optics(Settings):
-    """What becomes of the light on its way into the picture.
+    """The way of the light into the picture.
 
     Attributes:
         blur: standard deviation of the lens's blur [px].
-        exposure: what brightness is multiplied with; beyond 255 it is clipped.
-        noise: standard deviation of a pixel [grey levels of 255].
-        border: white paper around the board [squares].
+        exposure: factor on the brightness; beyond 255 it is clipped.
+        noise: standard deviation of a pixel [grey levels of 255]; border: white paper around the board
+            [squares].
     """
 
     blur: NonNegative = 0.8
@@ -65,13 +65,10 @@ class _Print:
 
 
 class BoardCamera:
-    """Takes grey pictures of a board. Holds the prints and the background; all chance comes from `random`.
+    """Takes grey pictures of a board by the true camera, board and optics.
 
-    Args:
-        camera, board, optics: the true ones. Another camera of the same size and other optics may be set
-            between two pictures.
-        random: draws the background once, and each picture's noise.
-        others: boards of other docks, and where these are in the world; a nearer board hides a farther one.
+    `random` draws the background once, and each picture's noise. `others`: boards of other docks with their
+    poses in the world; a nearer board hides a farther one.
     """
 
     def __init__(
@@ -111,7 +108,6 @@ class BoardCamera:
         return picture.astype(np.uint8)
 
     def _printed(self, board: CharucoBoard) -> _Print:
-        """The print of a board with its border."""
         border = round(self.optics.border * SQUARE_PIXELS)
         size = (board.columns * SQUARE_PIXELS, board.rows * SQUARE_PIXELS)
         face = np.pad(opencv_board(board).generateImage(size), border, constant_values=255)
@@ -151,7 +147,6 @@ class BoardCamera:
         return unit * (width + 2.0 * border, height + 2.0 * border) - border
 
     def _draw(self, picture: Grey, homography: Array, drawn: _Print) -> None:
-        """Draw a board into the picture, in place."""
         cv2, camera = self._cv2, self.camera
         outline = (homography @ _homogeneous(self._outline(drawn.board, 20))).T
         pixels = camera.project(outline @ camera.rotation.T + camera.position)
@@ -217,5 +212,4 @@ def surroundings(width: int, height: int, random: np.random.Generator) -> Grey:
 
 
 def _homogeneous(points: Array) -> Array:
-    """(3, n) of (n, 2)."""
     return np.vstack([points.T, np.ones(len(points))])

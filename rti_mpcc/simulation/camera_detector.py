@@ -50,11 +50,7 @@ class CameraDetector(TimedDetector):
     def of(
         cls, section: CameraSection, limits: MeasurementSection, seed: int, seen: Seen | None
     ) -> CameraDetector:
-        """Mount the camera and the boards.
-
-        Raises MissingExtraError without OpenCV, ConfigError for a board whose dictionary is unknown or too
-        small.
-        """
+        """Mount the camera and the boards. Raises as `CameraSection.check`."""
         random = np.random.default_rng([seed, _STREAM])
         mount, board = section.mount, section.board
         off = random.standard_normal(3) * (mount.height_std, mount.tilt_std, mount.tilt_std)

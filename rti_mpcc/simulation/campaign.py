@@ -36,7 +36,7 @@ _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
 class DrawnCase(Protocol):
-    """A case that is drawn where it is driven: workers are sent no more than its attributes.
+    """A case that is drawn where it is driven: workers are sent its attributes only.
 
     Attributes:
         index: 0 ... MOST - 1; name: of its scenario; run: method, preset and seed, as `batch.Case` has them.
@@ -81,13 +81,10 @@ def run_campaign(
 
     Args:
         folder: exists; files of an earlier campaign in it are replaced.
-        jobs: number of processes; default: one a core.
-        dask: address of the scheduler of a Dask cluster, which drives the cases instead.
-        drive: makes a row of a case.
-        progress: given (done, in all) after each case.
+        jobs: number of processes, default: one a core; dask: address of a Dask cluster's scheduler instead.
+        drive: makes a row of a case; progress: called with (done, in all).
 
-    Raises InputError for jobs < 1, CampaignError where the workers are lost, MissingExtraError where Dask is
-    missing, OSError where the rows can't be written.
+    Raises InputError for jobs < 1, CampaignError for lost workers, MissingExtraError without Dask, OSError.
     """
     workers = checked_jobs(jobs)
     with ExitStack() as stack:
@@ -105,10 +102,7 @@ def run_campaign(
 
 
 def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
-    """The rows of a campaign in the order in which they ended; an incomplete last line is left out.
-
-    Raises InputError for a file that can't be read, or a line that is no row.
-    """
+    """The rows of a campaign as they ended, without an incomplete last line. Raises InputError."""
     try:
         lines = content(folder / file, RECORDING).split(b"\n")[:-1]
         return [dict(from_json(line)) for line in lines]
@@ -117,7 +111,6 @@ def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
 
 
 def _write(file: TextIO, table: Mapping[str, Any]) -> None:
-    """One line, handed to the system at once."""
     file.write(json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n")
     file.flush()
 
@@ -179,7 +172,7 @@ def _parallel(
 
 
 def _row(drive: Drive, case: DrawnCase) -> CampaignRow:
-    """The row of a case, in a worker; where `drive` raises, one that says so."""
+    """The row of a case, in a worker; where `drive` raises, a row with the exception."""
     with _counted(case) as before:
         if before >= DEATHS:
             return undriven_row(case, CaseOutcome.WORKER_DIED, DIED)

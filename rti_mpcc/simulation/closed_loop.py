@@ -47,8 +47,8 @@ class Controller(Protocol):
     ) -> Command:
         """The command to apply until the next step, see `DockingController.step`.
 
-        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only. In
-        the cycles of a fault of the solver, and only there, `clock` is passed: `DockingController.step`.
+        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only, and a
+        `clock` in the cycles of a fault of the solver only.
         """
         ...
 
@@ -74,22 +74,19 @@ def simulate(
     the end of the last fault on.
 
     Args:
-        preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
-            the detections, each by a stream of its own.
+        preset, method, seed: as on the command line; measured state and detections have a random stream each.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
-        start: true state at the beginning; default: at rest on the path's first pose or at the scenario's
-            start, steering straight.
+        start: true state at the beginning; default: at rest at the scenario's start, wheels straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or beside those
             of its area; those of its faults are added. The controller is given them every cycle.
-        goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
-            the default is allowed.
+        goal_source: how the goal is known; must be the default in a run without a detector.
         detector: looks for the goal in place of the one that the scenario describes.
         seen: called with every picture of the scenario's camera: stamp [s], picture, and the detection that
             the controller is given of it, or None.
 
-    Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
-    where there is none, or a command that is not finite.
+    Raises InputError for an unknown preset or method, a negative seed, a goal source without a detector, or a
+    command that is not finite.
     """
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
@@ -247,7 +244,6 @@ class _Run:
         self.plant = issue(plant, self.parameters, **rates, delay=faults.total("late_cycles", now))
 
     def _arguments(self, now: float, measured: VehicleState, obstacles: Outlines) -> dict[str, Any]:
-        """The arguments of a step beside state and time."""
         feed, faults = self.feed, self.disturbances
         goal, detections = feed.given(now, measured)
         if feed.detector is not None and feed.source is GoalSource.DETECTED:
@@ -292,9 +288,9 @@ class _Run:
     def _ending(self, time: float) -> str | None:
         """Why the run ends now, or None.
 
-        A docked vehicle is watched until its controller says so, but no longer than `UNTIL_SAID`, and to the
-        end of the faults that act on it, but not of later ones. A stopped vehicle may drive on after the last
-        fault. A mission ends by itself.
+        A docked vehicle is watched until its controller says so, for `UNTIL_SAID` at most, and to the end of
+        the faults that act on it. A stopped vehicle may drive on after the last fault. A mission ends by
+        itself.
         """
         if self.mission is not None:
             over = self._since("over", self.mission.over, time)

@@ -62,9 +62,9 @@ def docking_controller(
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController:
-    """The controller that `simulate` makes from a scenario, without its mission: to wrap it in something.
+    """The controller that `simulate` makes, without the mission: to wrap it in something.
 
-    Raises InputError for an unknown preset or method, or a goal source without the detector that it needs.
+    Raises InputError.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)

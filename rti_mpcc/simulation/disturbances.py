@@ -22,11 +22,9 @@ _TIMED_OUT = Stop(TIME_IS_UP, 0)
 
 
 class ForcedClock(CycleClock):
-    """A clock that ends every QP before it starts; in all else a wall clock.
+    """A wall clock that ends every QP before it starts.
 
-    Args:
-        deadline: of the cycle [s], or None.
-        timed_out: the QPs are stopped by their time limit and the deadline is missed; else they fail.
+    The QPs fail, or, if `timed_out`, are stopped by their time limit and the deadline [s] is missed.
     """
 
     def __init__(self, deadline: float | None, *, timed_out: bool) -> None:
@@ -43,11 +41,9 @@ class ForcedClock(CycleClock):
 
 @dataclass(slots=True, kw_only=True)
 class Disturbances:
-    """The faults of a run on its clock; plant and scenery know their own.
+    """The faults of a run that act between vehicle and controller.
 
-    Attributes:
-        faults: all of the run.
-        frozen: the measured state that each `frozen_state` holds.
+    `frozen`: the state of each `frozen_state`.
     """
 
     faults: tuple[FaultSection, ...]
@@ -74,7 +70,7 @@ class Disturbances:
     def goal(self, goal: Pose2 | None, now: float, path_end: Pose2) -> Pose2 | None:
         """The goal that the controller is given.
 
-        No goal at all is the path's end, which has to be given once another one was.
+        The path's end where no goal is given after another one was.
         """
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
             return goal
@@ -100,7 +96,6 @@ class Disturbances:
 
 
 def _beside(placed: Placed, left: float) -> Placed:
-    """A state or a detection, so far to its left [m]."""
     x, y = placed.x - left * sin(placed.phi), placed.y + left * cos(placed.phi)
     return replace(placed, x=x, y=y)
 

@@ -33,10 +33,7 @@ class GoalSource(Enum):
 
 
 def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
-    """How the goal is known in a run of the scenario of this name, with or without a detector.
-
-    Raises InputError where a source is asked for that needs a detector, and there is none.
-    """
+    """How the goal is known in a run of this scenario. Raises InputError if that needs a detector."""
     if detector:
         return asked
     if asked is not GoalSource.DETECTED:
@@ -48,7 +45,7 @@ def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource
 
 
 class Detector(Protocol):
-    """What can be put into the loop to look for the goal.
+    """A detector of the goal in the loop.
 
     Attributes:
         rate: number of exposures a second [Hz]; delay: time from an exposure to its detection's arrival [s].
@@ -87,8 +84,7 @@ class TimedDetector:
 class SimulatedDetector(TimedDetector):
     """Detections in the vehicle's frame by the laws of [goal.measurement].
 
-    Each exposure draws the same number of random values whatever it sees, so that two runs with one seed
-    have the same noise.
+    Each exposure draws the same number of random values: two runs with one seed have the same noise.
     """
 
     section: MeasurementSection

@@ -157,7 +157,6 @@ def _end_of_docking(result: RunResult) -> int:
 
 
 def _mission(result: RunResult) -> dict[str, Any]:
-    """The results of the mission, and of each step that was started; nothing without one."""
     if result.mission_result is None:
         return {}
     steps = [
@@ -287,7 +286,7 @@ def _planning(result: RunResult) -> dict[str, Any]:
 
 
 def _computing(cycles: Cycles) -> dict[str, Any]:
-    """Computing time, solver and fall-backs over all cycles; the times leave the first cycle out."""
+    """Over all cycles; the times leave the first cycle out."""
     iterations = cycles.iterations[cycles.solved]
     return {
         "cycle_ms": _percentiles(cycles.step_ms[1:]),

@@ -48,11 +48,10 @@ SAME_TIME = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantFault:
-    """Actuators that do less than they are told; of faults at one time the shares multiply.
+    """Actuators that do less than commanded from `begin` until before `end` [s]; shares of faults multiply.
 
     Attributes:
-        begin, end: it acts from `begin` until before `end` [s].
-        steering_share: of the steering rate told; 0: the steering is stuck.
+        steering_share: of the steering rate; 0: the steering is stuck.
         braking_share: of an acceleration against the motion, > 0. At a standstill all of it acts.
     """
 
@@ -69,10 +68,8 @@ class PlantParameters:
     Attributes:
         wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
         steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
-        dead_time: from command to effect, on both actuators [s].
-        steering_offset: the wheels stand at delta + offset [rad].
-        acceleration_gain: true over commanded acceleration; acceleration_offset: is added, positive to the
-            front [m/s²].
+        dead_time: of both actuators [s]; steering_offset: the wheels stand at delta + offset [rad].
+        acceleration_gain: true over commanded acceleration; acceleration_offset: is added to it [m/s²].
         faults: of the actuators, in any order.
     """
 
@@ -195,7 +192,7 @@ def _take_effect(plant: PlantState) -> PlantState:
 
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
-    """What acts of steering rate and braking, and until when [s]."""
+    """Shares of steering rate and braking that act, and until when [s]."""
     if not parameters.faults:
         return 1.0, 1.0, inf
     now = plant.time + SAME_TIME

@@ -29,13 +29,10 @@ class Truth:
     """The truth at every plant step. All arrays are read-only.
 
     Attributes:
-        times: (n,) [s].
-        poses: (n, 3) x [m], y [m], phi [rad] of the rear axle; phi is continuous.
+        times: (n,) [s]; poses: (n, 3) x [m], y [m], continuous phi [rad] of the rear axle.
         v, delta: (n,) speed [m/s], steering angle as measured [rad].
-        theta: (n,) progress along the route [m]; anew from 0 along each one that is planned, 0 before.
-        part: (n,) index of the active one-direction part of it.
-        acceleration, steering_rate: (n,) what the actuators did [m/s²], [rad/s], mean from this step to the
-            next; the last entry repeats the one before.
+        theta: (n,) progress along the route [m], restarts with each one; part: (n,) index of its active part.
+        acceleration, steering_rate: (n,) of the actuators [m/s²], [rad/s], mean from this step to the next.
         lateral_acceleration: (n,) v times the yaw rate [m/s²].
         goals: (n, 3) the true goal x [m], y [m], phi [rad].
     """

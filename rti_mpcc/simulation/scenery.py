@@ -56,8 +56,7 @@ class Scenery:
     def obstacles(self, now: float, pose: Pose2, part: int, near: float) -> Outlines:
         """The obstacles at `now` [s]; to be asked in every cycle.
 
-        Args:
-            pose: of the vehicle; part: index of its active part; near: its last progress on it [m].
+        `pose` of the vehicle, index of its active `part`, and its last progress `near` on it [m].
         """
         acting = [fault for fault in self.faults if fault.acts(now)]
         for fault in acting:

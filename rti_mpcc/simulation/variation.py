@@ -92,7 +92,6 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
 
 
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Keys of the scenario."""
     position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
     own, more = scenario.simulation.state_noise, (position, position, *others)
     changes: dict[str, Any] = {
@@ -106,7 +105,7 @@ def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
 
 
 def _plant(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Keys of the scenario: the controller goes on assuming the dead time that it assumed."""
+    """The controller continues to assume its dead time."""
     plant, assumed = scenario.simulation, scenario.controller.dead_time
     return {
         "simulation.wheelbase_error": plant.wheelbase_error + _drawn(random, WHEELBASE_ERROR),
@@ -146,7 +145,6 @@ def _goal(scenario: Scenario) -> Pose2:
 
 
 def _drawn(random: np.random.Generator, most: float) -> float:
-    """Up to so much to either side."""
     return round(float(random.uniform(-most, most)), DIGITS)
 
 

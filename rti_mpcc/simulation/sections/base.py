@@ -182,13 +182,12 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
     return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
 
 
-_SIGNS = {
-    "greater_than": ("gt", ">"),
-    "greater_than_equal": ("ge", ">="),
-    "less_than": ("lt", "<"),
-    "less_than_equal": ("le", "<="),
-}
-_MUST_BE = {
+_ALLOWED = {
+    "greater_than": "> {gt:g}",
+    "greater_than_equal": ">= {ge:g}",
+    "less_than": "< {lt:g}",
+    "less_than_equal": "<= {le:g}",
+    "literal_error": "{expected}",
     "float": "a number",
     "int": "an integer",
     "string_type": "text",
@@ -198,21 +197,16 @@ _MUST_BE = {
     "model": "a table",
     "finite_number": "a finite number",
 }
-"""By pydantic's kind of error, or by how it begins."""
+"""By pydantic's kind of error, or by its first word."""
+_LENGTHS = {"too_long": "<= {max_length}", "too_short": ">= {min_length}"}
 
 
 def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
     """The allowed values by pydantic's kind of error; None where its own message serves."""
-    if kind in _SIGNS:
-        name, sign = _SIGNS[kind]
-        return f"must be {sign} {context[name]:g}"
-    if kind in ("too_long", "too_short"):
-        sign, limit = ("<=", "max_length") if kind == "too_long" else (">=", "min_length")
-        return f"number of entries must be {sign} {context[limit]}, not {context['actual_length']}"
-    if kind == "literal_error":
-        return f"must be {context['expected']}"
-    words = _MUST_BE.get(kind) or _MUST_BE.get(kind.partition("_")[0])
-    return words and f"must be {words}"
+    if kind in _LENGTHS:
+        return f"number of entries must be {_LENGTHS[kind]}, not {{actual_length}}".format(**context)
+    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
+    return words and f"must be {words.format(**context)}"
 
 
 def _for_kind(table: type[BaseModel]) -> str:
@@ -239,7 +233,6 @@ def _resolved(location: Location, model: type[BaseModel]) -> tuple[str, type[Bas
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
-    """The models inside of `tuple[Model, ...] | None` and the like."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for inner in get_args(annotation):
