@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from shutil import which
@@ -12,7 +11,6 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
-from rti_mpcc.errors import InputError
 from rti_mpcc.report import style
 from rti_mpcc.report.animation import HELD, RATE, Stage, animation_file, picture_times, write_animation
 from rti_mpcc.report.ride import Ride
@@ -84,13 +82,3 @@ def test_several_rides_share_the_time_and_one_that_has_ended_stays(ride: Ride, b
 def test_mp4_is_one(brief: Ride, tmp_path: Path) -> None:
     write_animation([brief], tmp_path / "brief.mp4")
     assert (tmp_path / "brief.mp4").read_bytes()[4:8] == b"ftyp"
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs a shell")
-def test_ffmpeg_that_fails_is_told(brief: Ride, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    program = tmp_path / "ffmpeg"
-    program.write_text("#!/bin/sh\ncat > /dev/null\nexit 1\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    with pytest.raises(InputError, match=r"brief\.mp4: ffmpeg could not write it"):
-        write_animation([brief], tmp_path / "brief.mp4")

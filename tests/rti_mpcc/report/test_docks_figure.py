@@ -21,14 +21,8 @@ from rti_mpcc.report.docks_figure import docks_figure
 from rti_mpcc.simulation import read_docks
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
 
-ALL = {
-    "static obstacle",
-    "docked vehicle",
-    "approach of the rear axle",
-    "after the contact move",
-    "docked object",
-    "board",
-}
+VEHICLE = {"docked vehicle", "approach of the rear axle", "after the contact move"}
+ALL = VEHICLE | {"static obstacle", "docked object", "board"}
 
 
 def figure_of(folder: Path, text: str) -> Figure:

@@ -68,13 +68,8 @@ def test_files_of_a_route(tmp_path: Path) -> None:
     poses = np.column_stack([table[:, 1], table[:, 2], table[:, 3]])
     clearance = float(SolidThings.of(HALL).clearance(poses, CONFIG.vehicle).min())
     assert figures.pop("min_clearance_m") == pytest.approx(clearance, abs=0.01)
-    assert figures == {
-        "found": True,
-        "seconds": 0.25,
-        "length_m": pytest.approx(10.02),
-        "cusps": 2,
-        "nodes": 42,
-    }
+    told = {"found": True, "seconds": 0.25, "length_m": pytest.approx(10.02), "cusps": 2, "nodes": 42}
+    assert figures == told
 
 
 def test_route_far_from_the_origin_keeps_its_digits(tmp_path: Path) -> None:
@@ -129,7 +124,6 @@ FAR = Pose2(7_008_600_719.0, -8_722_360_256.0, 0.5)
     ("area", "path"),
     [
         (HALL, PATH),
-        (Area(), ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 120.0)])),
         (Area(), ReferencePath.from_segments(Pose2(0.0, 0.0, 1.5708), [(-1, 0.0, 120.0)])),
         (Area().bounded([(FAR.x, FAR.y)], 15.0), ReferencePath.from_segments(FAR, [(1, 0.1, 8.0)])),
     ],

@@ -9,7 +9,7 @@ import pytest
 
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Recorder, read_recording
-from rti_mpcc.report.ride import Ride, ride_of_recording, ride_of_run
+from rti_mpcc.report.ride import Ride, ride_of_recording
 from rti_mpcc.simulation import RunResult, docking_controller
 from tests.rti_mpcc.recording.recordings import BLIND, EVENTFUL, SCENARIO, drive, eventful
 
@@ -37,13 +37,6 @@ def test_ride_of_a_run_has_each_cycle_at_the_true_pose(run: RunResult, ride: Rid
         tuple(run.truth.goals[0])
     }
     assert {len(moment.obstacles) for moment in ride.moments} == {len(ride.obstacles)} == {1}
-
-
-def test_moments_of_another_run_are_refused_and_none_are_allowed(run: RunResult, ride: Ride) -> None:
-    with pytest.raises(InputError, match="must be those of the run, 33"):
-        ride_of_run(run, ride.moments[1:])
-    assert ride_of_run(run, title="mine").title == "mine"
-    assert ride_of_run(run).moments == ()
 
 
 def test_ride_of_a_recording_has_the_measured_states_and_recorded_commands(

@@ -140,12 +140,8 @@ def test_ratios_are_to_the_first_run_of_the_same_scenario() -> None:
 def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
     first, second = comparison_tables(RUNS)
     assert (first.title, second.title) == ("inside", "behind")
-    assert [column.header for column in first.columns] == [
-        "",
-        "dynamic\n(paper)",
-        "separated\n(paper)",
-        "unit",
-    ]
+    heads = ["", "dynamic\n(paper)", "separated\n(paper)", "unit"]
+    assert [column.header for column in first.columns] == heads
     rows = shown(first)
     for name, cells in {
         "docked": ["yes", "no", ""],

@@ -86,6 +86,8 @@ class Scripted:
         )
 
     def _diagnostics(self, now: float) -> Diagnostics:
+        solver: dict[str, Any] = {"residuals": (0.0, 0.0), "retried": False, "slack": 0.0, "detections": ()}
+        times = {"prepare_ms": 1.0, "feedback_ms": 0.5, "solve_ms": 0.25, "step_ms": 1.5}
         return Diagnostics(
             theta=0.0,
             part=self.part(now),
@@ -95,18 +97,12 @@ class Scripted:
             failed=self.status(now) is Status.FAILED,
             solver_status="solved" if self.iterations(now) else "",
             iterations=self.iterations(now),
-            residuals=(0.0, 0.0),
-            retried=False,
-            slack=0.0,
             reason="",
             aim=Pose2(0.0, 0.0, 0.0),
             goal=None,
-            detections=(),
-            prepare_ms=1.0,
-            feedback_ms=0.5,
-            solve_ms=0.25,
-            step_ms=1.5,
             deadline_missed=False,
+            **solver,
+            **times,
         )
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
@@ -50,33 +49,6 @@ def test_without_a_route_there_is_no_path(scripted: Any, hall: Scenario) -> None
         _ = result.path
 
 
-class Sees:
-    """Notes whether the vehicle is on the last part."""
-
-    rate, delay = 10.0, 0.0
-
-    def __init__(self) -> None:
-        self.last: list[bool] = []
-
-    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
-        self.last.append(last_part)
-        return None
-
-
-def test_the_detector_is_told_of_the_last_part_of_the_way_that_was_planned(
-    scripted_planner: Any, hall: Scenario
-) -> None:
-    part = lambda now: 0 if now < 0.775 else 2  # noqa: E731
-    plan = lambda now: None if now < 0.375 else AHEAD  # noqa: E731
-    detector = Sees()
-    controller = scripted_planner(script=still, planned=plan, part=part)
-    simulate(changed(hall, {"simulation.duration": 1.2}), controller=controller, detector=detector)
-    assert detector.last == [False] * 9 + [True] * 4
-
-
-# -- figures ---------------------------------------------------------------------------------------------
-
-
 def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
     controller = scripted_planner(script=still, planned=first_ahead_then_back)
     result = simulate(changed(hall, {"simulation.duration": 2.0}), controller=controller)
@@ -85,8 +57,6 @@ def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
     assert figures["expected_time_s"] is None
     assert untimed(figures)["planning"] == {"replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
 
-
-# -- off the path that was given -------------------------------------------------------------------------
 
 ASIDE = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(-1, 0.0, 1.0), (1, 0.0, 9.0)])
 
@@ -131,6 +101,3 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
     scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)
-
-
-# -- who plans ---------------------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ import pytest
 from estimation import Camera, CharucoBoard
 from estimation.camera import turn
 from geometry import Pose2
-from rti_mpcc.simulation import camera as drawing
 from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.types import Array
 
@@ -44,22 +43,6 @@ def test_corners_are_where_the_projection_puts_them(camera: Camera, vehicle: Pos
     found = cv2.cornerSubPix(picture, start, (4, 4), (-1, -1), until)[:, 0]
     assert np.abs(found - expected).max() < 0.1
     assert np.abs((found - expected).mean(axis=0)).max() < 0.03
-
-
-@pytest.mark.parametrize("distance", [8.0, 20.0, 60.0])
-def test_a_board_far_away_is_averaged_not_sampled(monkeypatch: pytest.MonkeyPatch, distance: float) -> None:
-    monkeypatch.setattr(
-        drawing, "surroundings", lambda width, height, random: np.zeros((height, width), np.float32)
-    )
-    vehicle = Pose2(distance, 0.0, 0.0)
-    picture = taking().expose(vehicle, DOCK).astype(float)
-    depth = distance + CAMERA.x - BOARD.x
-    area = np.prod(np.array(BOARD.size) + 2.0 * CLEAR.border * BOARD.square)
-    near = taking().expose(DOCK, DOCK).astype(float)
-    near_depth = CAMERA.x - BOARD.x
-    # The light of the whole board falls with the square of the distance, whatever its pattern.
-    assert picture.sum() * depth**2 == pytest.approx(near.sum() * near_depth**2, rel=0.03)
-    assert picture.sum() > 50.0 * area * (CAMERA.fx / depth) ** 2
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.simulation import Scenario, changed, simulate, summary
+from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.simulation.conftest import forward, still
@@ -69,15 +69,6 @@ def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, stra
     assert [given[0] for given in controller.given] == pytest.approx(times, abs=1e-9)
     truth = result.truth
     assert truth.v == pytest.approx(np.minimum(truth.times, 2.0 - truth.times), abs=1e-9)
-
-
-def test_a_run_may_lose_all_its_cycles(scripted: Any, straight: Scenario) -> None:
-    changes = {"simulation.duration": 1.0, "faults": [{"kind": "lost_cycles", "from": 0.0, "to": 9.0}]}
-    detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
-    result = simulate(changed(straight, changes | detected), controller=scripted(script=forward))
-    assert len(result.cycles) == 0
-    assert summary(result)["distance_m"] == 0.0
-    assert result.ended == "duration"
 
 
 def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:

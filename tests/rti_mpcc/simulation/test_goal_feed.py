@@ -61,14 +61,6 @@ def test_nothing_is_seen_too_far_or_too_near(distance: float, seen: int) -> None
     assert len(errors(detector(**SURE, blind_range=4.0), distance, 5)) == seen
 
 
-@pytest.mark.parametrize(
-    ("after_cusp", "last_part", "seen"), [(True, False, 0), (True, True, 5), (False, False, 5)]
-)
-def test_visible_after_the_cusp_only(after_cusp: bool, last_part: bool, seen: int) -> None:
-    watching = detector(**SURE, visible_after_cusp=after_cusp)
-    assert len(errors(watching, 5.0, 5, last_part=last_part)) == seen
-
-
 @pytest.mark.parametrize(("dropout", "outlier"), [(0.0, 0.02), (0.5, 0.3), (0.1, 1.0), (1.0, 0.0)])
 def test_shares_of_dropouts_and_of_outliers_in_any_direction(dropout: float, outlier: float) -> None:
     found = errors(detector(dropout=dropout, outlier=outlier, outlier_size=0.7, **EXACT), 5.0, 5000)

@@ -17,11 +17,9 @@ from rti_mpcc.simulation import (
     Scenario,
     builtin_names,
     changed,
-    driver_of,
     load_scenario,
     save_scenario,
     scenario_from_dict,
-    scenario_text,
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
@@ -197,16 +195,6 @@ def test_each_step_with_all_that_it_knows() -> None:
     assert mission.home == DriveTo(Pose2(1.0, -2.0, 0.0))
 
 
-def test_along_a_path_a_dock_is_at_its_end_and_without_a_mission_there_is_none(straight: Scenario) -> None:
-    steps = [{"kind": "dock"}, {"kind": "straight", "distance": -2.0, "contact": False}]
-    mission = driver_of(scenario_from_dict(straight_tables() | {"mission": steps}))
-    assert isinstance(mission, DockingMission)
-    assert mission.steps == (mission.steps[0], Straight(-2.0))
-    assert isinstance(mission.steps[0], Dock)
-    assert (mission.steps[0].pose, mission.steps[0].then) == (None, "stop")
-    assert isinstance(driver_of(straight), DockingController)
-
-
 def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
     assert changed(straight, {"goal.offset": [1, 0, 0]}).goal.offset == (1.0, 0.0, 0.0)
     assert changed(straight, {"goal.offset": None}) == straight
@@ -218,11 +206,6 @@ def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
 def test_everything_a_file_may_have_comes_back(tables: dict[str, Any], tmp_path: Path) -> None:
     scenario = scenario_from_dict(tables)
     assert load_scenario(save_scenario(scenario, tmp_path)) == scenario
-
-
-def test_what_was_not_set_is_not_written(straight: Scenario) -> None:
-    text = scenario_text(changed(straight, {"corridor.narrowings": []}))
-    assert not any(word in text for word in ("[vehicle]", "dead_time", "None", "[area]"))
 
 
 @pytest.mark.parametrize("kind", ["path", "map"])

@@ -30,20 +30,6 @@ def test_a_case_is_the_same_each_time_and_each_is_another_one() -> None:
     assert len({str(drawn(case(index))) for index in range(5)}) == 5
 
 
-def test_a_part_is_drawn_alike_whatever_else_varies() -> None:
-    whole = case().scenario()
-    for part in PARTS:
-        one = case(vary=(part,)).scenario()
-        same = {
-            "start": one.simulation.start_offset == whole.simulation.start_offset,
-            "goal": one.goal.offset == whole.goal.offset,
-            "noise": one.simulation.state_noise == whole.simulation.state_noise,
-            "plant": one.plant_parameters() == whole.plant_parameters(),
-        }
-        assert [name for name in PARTS if same[name]] == [part]
-    assert changed(case(vary=()).scenario(), {"name": BASE.name}) == BASE
-
-
 def test_values_are_within_their_sizes_and_use_them() -> None:
     found = [drawn(case(index)) for index in range(40)]
     for name, most in (("start", sizes.START), ("goal", sizes.GOAL)):
