@@ -49,7 +49,7 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
     Raises InputError for a suffix that is neither, or .mp4 without ffmpeg.
     """
     ffmpeg = bool(FFMpegWriter.isAvailable())
-    file = folder / ("animation.mp4" if ffmpeg else "animation.gif") if asked is None else asked
+    file = asked or folder / ("animation.mp4" if ffmpeg else "animation.gif")
     if file.suffix.lower() not in (".mp4", ".gif"):
         raise InputError(f"{file}: an animation must end in .mp4 or .gif")
     if file.suffix.lower() == ".mp4" and not ffmpeg:

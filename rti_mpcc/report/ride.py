@@ -199,10 +199,8 @@ def ride_of_run(
         config=result.config,
         motion=truth,
         moments=tuple(
-            replace(
-                moment, pose=truth.poses[row], goal=truth.goals[row], obstacles=result.obstacles[place][1]
-            )
-            for moment, row, place in zip(moments, truth.rows_at(times), at, strict=False)
+            replace(each, pose=truth.poses[row], goal=truth.goals[row], obstacles=result.obstacles[place][1])
+            for each, row, place in zip(moments, truth.rows_at(times), at, strict=False)
         ),
         path=result.given_path,
         corridor=result.corridor,

@@ -69,13 +69,9 @@ def strip_charts(rows: Sequence[Axes], ride: Ride, summary: Mapping[str, Any]) -
     commands = [moment.command.acceleration for moment in ride.moments]
     rows[2].step(times, commands, where="post", **_thin(style.ORANGE, "commanded"))
     label = "true" if np.isfinite(motion.goals).any() else "measured"
-    curves = (
-        (motion.v, "v [m/s]"),
-        (motion.delta, "delta [rad]"),
-        (motion.acceleration, "a [m/s²]"),
-        (motion.theta, "theta [m]"),
-    )
-    for axes, (values, name) in zip(rows, curves, strict=False):
+    names = ("v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]")
+    curves = (motion.v, motion.delta, motion.acceleration, motion.theta)
+    for axes, values, name in zip(rows, curves, names, strict=False):
         if np.isfinite(values).any():
             axes.plot(motion.times, values, color=style.BLUE, label=label)
         axes.set_ylabel(name)

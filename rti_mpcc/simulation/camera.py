@@ -14,9 +14,8 @@ of the finer picture.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +55,7 @@ class Optics(Settings):
     border: Annotated[float, Field(ge=0.0, le=5.0)] = 0.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Print:
+class _Print(NamedTuple):
     """A board as it is printed: grey and coverage (h, w, 2) with a border, from fine to coarse by halves."""
 
     board: CharucoBoard
@@ -91,11 +89,12 @@ class BoardCamera:
     def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
         """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
         picture = self._background(vehicle.phi)
-        boards = [(print_, dock.relative_to(vehicle)) for print_, dock in (*self._others, (self._own, goal))]
-        seen = [(self._homography(print_.board, dock), print_) for print_, dock in boards]
-        for homography, print_ in sorted(
-            ((h, print_) for h, print_ in seen if h is not None), key=lambda each: -each[0][2, 2]
-        ):
+        seen = []
+        for print_, dock in (*self._others, (self._own, goal)):
+            homography = self._homography(print_.board, dock.relative_to(vehicle))
+            if homography is not None:
+                seen.append((homography, print_))
+        for homography, print_ in sorted(seen, key=lambda each: -each[0][2, 2]):
             self._draw(picture, homography, print_)
         if self.optics.blur > 0.0:
             picture = self._cv2.GaussianBlur(picture, (0, 0), self.optics.blur)
@@ -155,10 +154,8 @@ class BoardCamera:
         width, height = (high - low).tolist()
         if width <= 0 or height <= 0:
             return
-        if any(camera.distortion):
-            fine = self._distorted(homography, low, width, height, drawn)
-        else:
-            fine = self._warped(homography, low, width, height, drawn)
+        warp = self._distorted if any(camera.distortion) else self._warped
+        fine = warp(homography, low, width, height, drawn)
         coarse = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
         window = picture[low[1] : high[1], low[0] : high[0]]
         window *= 1.0 - coarse[:, :, 1]

@@ -88,9 +88,8 @@ def run_campaign(
     """
     workers = checked_jobs(jobs)
     with ExitStack() as stack:
-        rows, times = (
-            stack.enter_context((folder / name).open("w", encoding="utf-8")) for name in (ROWS, TIMES)
-        )
+        files = ((folder / name).open("w", encoding="utf-8") for name in (ROWS, TIMES))
+        rows, times = map(stack.enter_context, files)
         options = _workers(stack, workers, dask)
         driven = stack.enter_context(closing(_driven(drive, iter(cases), options)))
         for done, row in enumerate(driven, start=1):

@@ -94,9 +94,8 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
     position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
     own, more = scenario.simulation.state_noise, (position, position, *others)
-    changes: dict[str, Any] = {
-        "simulation.state_noise": [mine + some for mine, some in zip(own, more, strict=True)]
-    }
+    noise = [mine + some for mine, some in zip(own, more, strict=True)]
+    changes: dict[str, Any] = {"simulation.state_noise": noise}
     factors = {name: 1.0 + _drawn(random, DETECTION) for name in ("position_std", "heading_std")}
     if (seen := scenario.goal.measurement) is not None:
         for name, factor in factors.items():
