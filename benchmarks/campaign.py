@@ -17,11 +17,11 @@ from typing import get_args
 
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import non_negative
 from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
 from rti_mpcc.config import ControllerConfig, Ride
+from rti_mpcc.paper import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 

@@ -25,7 +25,7 @@ from benchmarks.yardstick import Problem, quiet, set_up
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
-from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.qp.pattern import CONTROL_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.simulation import load_scenario, simulate, summary
@@ -145,9 +145,9 @@ def kind_of(time_to_go: float | None) -> int:
 
 def _first_control(problem: QpProblem, config: ControllerConfig) -> Index:
     """Columns of a and delta_dot of the first stage. Raises LookupError if the QP has another pattern."""
-    pieces = body_of(config.vehicle, config.footprint.pieces).pieces if config.corridor_rows else 0
+    pieces = body_of(config.vehicle, PIECES).pieces
     for sides in (2, 3):
-        pattern = build_pattern(config.stages, pieces, sides, config.solver)
+        pattern = build_pattern(config.stages, pieces, sides)
         if pattern.constraints.shape == problem.constraints.shape:
             columns: Index = pattern.control_columns[0, :2]
             return columns

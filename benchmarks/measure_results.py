@@ -14,9 +14,12 @@ from typing import Any
 from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from rti_mpcc import ControllerConfig
-from rti_mpcc.config import AdmmSettings
+from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
 from rti_mpcc.planning.arrival import LEAST_TIME
 from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE, FIRST_DAMPING
+from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
+from rti_mpcc.qp.pattern import BOUND_UNIT
+from rti_mpcc.qp.solver import COLD, FINE_ITERATIONS, FINE_TOLERANCE, WARM, Steps
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.metrics import untimed
 
@@ -27,7 +30,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
 CONFIG = ControllerConfig()
-SOLVER, WEIGHTS = CONFIG.solver, CONFIG.weights
+SOLVER = CONFIG.solver
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -105,7 +108,7 @@ def not_docked(runs: list[dict[str, Any]]) -> str:
     return " ".join(told) or "All of them docked."
 
 
-def _steps(admm: AdmmSettings) -> str:
+def _steps(admm: Steps) -> str:
     return f"{admm.rho:g}, {admm.over_relaxation:g}"
 
 
@@ -119,25 +122,25 @@ def constant_rows() -> list[list[str]]:
             "`rti_mpcc.planning.search.DAMPING_SHARE`",
             f"{DAMPING_SHARE:g}",
         ],
-        ["weight on every change", "`SolverSettings.change_weight`", f"{SOLVER.change_weight:g}"],
-        ["the same on idle progress", "`SolverSettings.idle_weight`", f"{SOLVER.idle_weight:g}"],
-        ["unit of rows of bounds, in units", "`SolverSettings.bound_unit`", f"{SOLVER.bound_unit:g}"],
+        ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{CHANGE_WEIGHT:g}"],
+        ["the same on idle progress", "`qp.filling.IDLE_WEIGHT`", f"{IDLE_WEIGHT:g}"],
+        ["unit of rows of bounds, in units", "`qp.pattern.BOUND_UNIT`", f"{BOUND_UNIT:g}"],
         [
             "rows are scaled down beyond, in units",
-            "`SolverSettings.row_scaling_from`",
-            f"{SOLVER.row_scaling_from:g}",
+            "`qp.filling.ROW_SCALING_FROM`",
+            f"{ROW_SCALING_FROM:g}",
         ],
         ["OSQP tolerance, iterations", "`SolverSettings`", f"{SOLVER.tolerance:g}, {SOLVER.max_iterations}"],
         [
             "fine tolerance, iterations",
-            "`SolverSettings`",
-            f"{SOLVER.fine_tolerance:g}, {SOLVER.fine_iterations}",
+            "`qp.solver`",
+            f"{FINE_TOLERANCE:g}, {FINE_ITERATIONS}",
         ],
-        ["ρ, α from cycle to cycle", "`SolverSettings.warm`", _steps(SOLVER.warm)],
-        ["ρ, α from a first guess on", "`SolverSettings.cold`", _steps(SOLVER.cold)],
-        ["effort fades below [s]", "`Weights.firm_time`", f"{WEIGHTS.firm_time:g}"],
+        ["ρ, α from cycle to cycle", "`qp.solver.WARM`", _steps(WARM)],
+        ["ρ, α from a first guess on", "`qp.solver.COLD`", _steps(COLD)],
+        ["effort fades below [s]", "`ocp.objectives.FIRM_TIME`", f"{FIRM_TIME:g}"],
         ["shortest time to go [s]", "`rti_mpcc.planning.arrival.LEAST_TIME`", f"{LEAST_TIME:g}"],
-        ["goal's pull is linear beyond [m], [rad]", "`Weights.goal_clip`", f"{WEIGHTS.goal_clip}"],
+        ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{GOAL_CLIP}"],
     ]
 
 

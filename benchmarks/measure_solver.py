@@ -22,12 +22,12 @@ from rich.progress import track
 from scipy import sparse
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
-from rti_mpcc.config import SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.qp.problem import QpProblem
+from rti_mpcc.qp.solver import CHECK_INTERVAL
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.types import Array
 
@@ -140,7 +140,7 @@ def solved(qp: QpProblem, check: int) -> tuple[int, float]:
     return iterations, 1e6 * min(times)
 
 
-CHECK = SolverSettings().check_interval
+CHECK = CHECK_INTERVAL
 Way = tuple[Callable[[QpProblem, QpPattern, Array], QpProblem], int]
 WAYS: dict[str, Way] = {
     "as it is": (as_it_is, CHECK),

@@ -34,7 +34,8 @@ from benchmarks.problems.courses import drawn_course
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import AXLE, body_polygons, clearances
+from rti_mpcc.model.footprint import body_polygons, clearances
+from rti_mpcc.paper.terms import AXLE
 from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import in_processes
 from rti_mpcc.types import Array

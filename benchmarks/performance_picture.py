@@ -15,7 +15,6 @@ from rti_mpcc.report import style
 
 PANELS = (
     ("stages", "stages N", "log"),
-    ("pieces", "pieces of the body", "linear"),
     ("path length", "length of the path [m]", "log"),
     ("boundary points", "points of the boundaries", "log"),
 )

@@ -38,7 +38,7 @@ from benchmarks.same_list import RUNS, Run
 from benchmarks.tables import ROOT
 from rti_mpcc.simulation.batch import THREADS
 
-RENAMED: Mapping[str, str] = {}
+RENAMED: Mapping[str, str] = {"STANDS_AT_STAGING_POSE": "STANDS_AT_CUSP"}
 """Name of a status, source, reason or mission result at BASE -> its name at HEAD."""
 
 DRIVER, LIST = (Path(__file__).with_name(f"same_{name}.py") for name in ("drive", "list"))
@@ -51,7 +51,7 @@ class Side:
 
     Attributes:
         name: BASE or HEAD; python: its interpreter; tree: its files.
-        renamed: name at this side -> name at BASE.
+        renamed: name at this side -> name at HEAD.
     """
 
     name: str
@@ -177,10 +177,8 @@ def compare(base: str, runs: Sequence[Run], jobs: int, keep: Path | None) -> int
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         kept = (keep or scratch) / key_of(commit)
         kept.mkdir(parents=True, exist_ok=True)
-        there = Side(name="BASE", python=python_of(tree, scratch / "venv"), tree=tree, renamed={})
-        here = Side(
-            name="HEAD", python=sys.executable, tree=ROOT, renamed={new: old for old, new in RENAMED.items()}
-        )
+        there = Side(name="BASE", python=python_of(tree, scratch / "venv"), tree=tree, renamed=RENAMED)
+        here = Side(name="HEAD", python=sys.executable, tree=ROOT, renamed={})
         problems = kept / "problems"
         generate((there, here), [run.name for run in runs if not run.scenario], problems, jobs)
         file = kept / "base.jsonl"

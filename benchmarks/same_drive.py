@@ -53,7 +53,7 @@ class Watched:
     """A controller whose commands go into digests.
 
     Attributes:
-        renamed: name of today -> its name at BASE.
+        renamed: name in this tree -> its name at HEAD.
         cycles: a short digest of each cycle; times: of the cycles [s].
     """
 

@@ -17,7 +17,7 @@ from rti_mpcc.types import Array
 
 PERCENTILES = ["p50", "p95", "p99", "max", "count"]
 RATIOS = ["p50 / yardstick", "p95 / yardstick", "p99 / yardstick"]
-SERIES = ("stages", "pieces", "path length", "boundary points")
+SERIES = ("stages", "path length", "boundary points")
 
 
 PAGE = ("cycles", "phases", "ledger")

@@ -1,4 +1,4 @@
-"""How the cost of a cycle grows: with stages, pieces, the length of the path, the points of its boundaries.
+"""How the cost of a cycle grows: with stages, the length of the path, the points of its boundaries.
 
 Every variant is driven in closed loop for 10 s, several times over, all variants in turn. The drives are
 deterministic, so each cycle has several times, the least of which is nearest to what the program costs; the
@@ -25,9 +25,8 @@ from rti_mpcc.types import Array
 CYCLES, WARM_UP = 200, 20
 """Cycles of a drive, and how many of them from the first one on are left out."""
 SCENARIO = "docking_behind"
-"""Whose first 10 s, a planned arrival between narrowings, are driven with other stages and pieces."""
+"""Whose first 10 s, a planned arrival between narrowings, are driven with other stages."""
 STAGES = (20, 35, 50, 70, 100, 140, 200)
-PIECES = (1, 2, 3, 4, 5)
 LENGTHS = (30, 100, 300, 1000, 3000, 10_000)
 """Of the winding path [m], multiples of 10."""
 POINTS = (300, 1000, 3000, 10_000, 30_000, 100_000)
@@ -174,11 +173,7 @@ def variants(*, quick: bool = False) -> list[Variant]:
     def few(sizes: Sequence[int]) -> Sequence[int]:
         return (sizes[0], sizes[-1]) if quick else sizes
 
-    footprint = ControllerConfig().footprint
     rows = [on_scenario("stages", n, {"stages": n}) for n in ((20, 70, 200) if quick else STAGES)]
-    for pieces in few(PIECES):
-        changed = type(footprint)(**{**dict(footprint), "pieces": pieces})
-        rows.append(on_scenario("pieces", pieces, {"footprint": changed}))
     for length in few(LENGTHS):
         path = winding(length)
         corridor = Corridor.from_offsets(path, left=HALF_WIDTH, right=-HALF_WIDTH)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
-from rti_mpcc.config import AdmmSettings, Footprint, SolverSettings, Weights
-from rti_mpcc.ocp.corridor_rows import CorridorRows
+from rti_mpcc.config import SolverSettings, Weights
+from rti_mpcc.ocp.corridor_rows import CorridorRows, corridor_rows
+from rti_mpcc.paper import PUBLISHED
+from rti_mpcc.qp.solver import WARM
 from rti_mpcc.types import Array
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
@@ -38,13 +41,13 @@ SHORT = {"simulation.duration": 60.0}
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
-BLENDING = "rti_mpcc.ocp.stage_cost._add_slopes"
-RELAXED = SolverSettings(
-    max_iterations=1000, warm=AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
-)
-UNSCALED = SolverSettings(max_iterations=1000, row_scaling_from=1e9)
-TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)
-COARSE = SolverSettings(max_iterations=1000, fine_tolerance=SolverSettings().tolerance)
+BLENDING = "rti_mpcc.paper.terms._add_slopes"
+OWN_UNIT = {"rti_mpcc.qp.pattern.BOUND_UNIT": 1.0}
+RELAXED = {"rti_mpcc.controller.WARM": WARM._replace(over_relaxation=1.6)}
+UNSCALED = {"rti_mpcc.qp.filling.ROW_SCALING_FROM": 1e9}
+TIGHT = {"solver": SolverSettings(max_iterations=20_000, tolerance=1e-7)}
+COARSE = {"rti_mpcc.qp.solver.FINE_TOLERANCE": SolverSettings().tolerance}
+IN_FULL = {"rti_mpcc.ocp.objectives.FIRM_TIME": 1e-9}
 
 
 def _nothing(*_: object) -> None:
@@ -69,26 +72,32 @@ VARIATIONS = (
         letter="b",
         what="bound rows in their own unit",
         scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0)},
+        settings=PATIENT,
+        patches=OWN_UNIT,
     ),
     Variation(
         letter="b",
         what="the same with tolerance 1e-4",
         scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0, tolerance=1e-4)},
+        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
+        patches=OWN_UNIT,
     ),
     Variation(
         letter="c",
         what="half-planes of far boundaries stay in the QP",
         scenario="docking_behind",
-        settings={**PATIENT, "footprint": Footprint(near=1e3)},
+        settings=PATIENT,
+        patches={
+            "rti_mpcc.ocp.stage_contacts.NEAR": 1e3,
+            "rti_mpcc.controller.corridor_rows": partial(corridor_rows, near=1e3),
+        },
     ),
     Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_behind", changes=LAZY),
     Variation(
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_behind",
-        settings={"weights": Weights(firm_time=1e-9)},
+        patches=IN_FULL,
         changes=LAZY,
     ),
     Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
@@ -96,14 +105,15 @@ VARIATIONS = (
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_inside",
-        settings={"weights": Weights(firm_time=1e-9)},
+        patches=IN_FULL,
         changes=LAZY,
     ),
     Variation(
         letter="e",
         what="progress of an arrival without a weight of its own",
         scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, idle_weight=1e-6)},
+        settings=PATIENT,
+        patches={"rti_mpcc.qp.filling.IDLE_WEIGHT": 1e-6},
     ),
     Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
     Variation(
@@ -111,14 +121,14 @@ VARIATIONS = (
         what="progress of both signs",
         scenario="docking_behind",
         preset="paper",
-        settings={"progress_reverses": True},
+        settings={"objective": PUBLISHED["objective"].changed(progress_reverses=True)},
     ),
     Variation(
         letter="f",
         what="no corridor rows",
         scenario="docking_behind",
         preset="paper",
-        settings={"corridor_rows": False},
+        patches={"rti_mpcc.controller.corridor_rows": _nothing},
     ),
     Variation(letter="g", what="as it is", scenario="docking_full_course", settings=PATIENT, changes=SHORT),
     Variation(
@@ -153,14 +163,14 @@ VARIATIONS = (
         )
     ),
     *(
-        Variation(letter=letter, what=what, scenario=scenario, settings=settings)
+        Variation(letter=letter, what=what, scenario=scenario, settings=settings, patches=patches)
         for scenario in ("docking_behind", "long_approach")
-        for letter, what, settings in (
-            ("o", "as it is", PATIENT),
-            ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}),
-            ("o", "bounds that are far off count in full", {"solver": UNSCALED}),
-            ("p", "over-relaxation 1.6 from cycle to cycle", {"solver": RELAXED}),
-            ("q", "no fine tolerance first", {"solver": COARSE}),
+        for letter, what, settings, patches in (
+            ("o", "as it is", PATIENT, {}),
+            ("o", "tight: all QPs to 1e-7", TIGHT, {"rti_mpcc.qp.solver.FINE_TOLERANCE": 1e-7}),
+            ("o", "bounds that are far off count in full", PATIENT, UNSCALED),
+            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, RELAXED),
+            ("q", "no fine tolerance first", PATIENT, COARSE),
         )
     ),
 )

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from inspect import getdoc
 from math import pi
 from types import NoneType
-from typing import Annotated, Any, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
@@ -23,14 +23,20 @@ Short = Annotated[float, Field(ge=0.0, le=100.0)]
 Tolerance = tuple[Positive, Positive, Annotated[float, Field(gt=0.0, le=pi)]]
 Triple = tuple[NonNegative, NonNegative, NonNegative]
 Group = TypeVar("Group", bound="Settings")
+CONSTANT = "a constant"
+"""Of a former setting that nobody has a reason to set, see `Settings.former`."""
 
 _ENTRY = re.compile(r"\n    (?=\S)|;\s+(?=(?:\w+,\s+)*\w+: )")
 _UNIT = re.compile(r"\[([^\]]+)\]")
 
 
 class Settings(BaseModel):
-    """A frozen group of settings; a bad value raises `ConfigError` with field, value, unit and range."""
+    """A frozen group of settings; a bad value raises `ConfigError` with field, value, unit and range.
 
+    `former` says of each former setting what it is now: its new name, or `CONSTANT`.
+    """
+
+    former: ClassVar[Mapping[str, str]] = {}
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def __init__(self, **values: Any) -> None:
@@ -121,6 +127,9 @@ def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
     owner, names = _owner(cls, item["loc"])
     if item["type"] == "extra_forbidden":
         name = str(item["loc"][-1])
+        former = owner.former.get(name, "") if issubclass(owner, Settings) else ""
+        if former:
+            return f"{field} is not a setting any more, but {former}"
         return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
     unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""
     shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"

@@ -34,14 +34,12 @@ from geometry import (
     ReferencePath,
     RtiMpccError,
 )
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import (
+    Clearance,
     ControllerConfig,
-    Footprint,
     GoalTracking,
     Limits,
     SolverSettings,
-    SpeedProfile,
     Vehicle,
     Weights,
 )
@@ -49,7 +47,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd, segments_of
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.process import prepare_process
@@ -81,6 +79,7 @@ __all__ = [
     "CharucoBoard",
     "CharucoDetection",
     "CharucoGoalDetector",
+    "Clearance",
     "Command",
     "ConfigError",
     "ControllerConfig",
@@ -94,7 +93,6 @@ __all__ = [
     "DockingMission",
     "DriveTo",
     "EffectiveWeights",
-    "Footprint",
     "Frame",
     "GoalEstimate",
     "GoalFilterConfig",
@@ -131,7 +129,6 @@ __all__ = [
     "Solution",
     "SolverSettings",
     "Source",
-    "SpeedProfile",
     "Status",
     "Straight",
     "Trajectory",

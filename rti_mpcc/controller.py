@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from geometry import Corridor, InputError, PathPart, Pose2, lift
 from geometry.doors import door
-from rti_mpcc.config import AdmmSettings, ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.footprint import AXLE, body_of
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, POSE, THETA, V
+from rti_mpcc.model.footprint import PIECES, body_of
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
 from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
+    MARGIN_TIME,
     MEASURED,
     CorridorRows,
     corridor_rows,
@@ -27,10 +29,10 @@ from rti_mpcc.ocp.corridor_rows import (
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.stage_contacts import stage_contacts
-from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
+from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     empty_values,
@@ -45,8 +47,14 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
+from rti_mpcc.qp.solver import COLD, WARM, Ends, QpSolution, QpSolver, Steps
 from rti_mpcc.types import Array, Objective, Trajectory
+
+FAR_SHARE = 0.1
+"""Of the margin, that must be missing for a vehicle to be far outside."""
+PATIENCE = 10
+"""While it is, a QP may take so many times the configured iterations at least: what presses it back in at all
+stages adds up, and it takes the solver long to find how much (docs/decisions, 9)."""
 
 
 class RtiMpcc:
@@ -71,7 +79,7 @@ class RtiMpcc:
         self.index = index
         self.config = config
         self._corridor = corridor
-        self._body = body_of(config.vehicle, config.footprint.pieces)
+        self._body = body_of(config.vehicle, PIECES)
         self._trails = self._body.trailing(part.direction)
         self._last: Solution | None = None
         self.room: Room | None = None
@@ -81,8 +89,7 @@ class RtiMpcc:
     def _allocate(self) -> None:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
-        count = self._body.pieces if config.corridor_rows else 0
-        self._pattern = build_pattern(config.stages, count, self._corridor.sides, config.solver)
+        self._pattern = build_pattern(config.stages, self._body.pieces, self._corridor.sides)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
@@ -93,10 +100,7 @@ class RtiMpcc:
     @door()
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
-        if goal is None:
-            self.target = path_end(self.part)
-        else:
-            self.target = goal_on(self.part, goal, self.target)
+        self.target = path_end(self.part) if goal is None else goal_on(self.part, goal, self.target)
 
     @door()
     def set_obstacles(self, corridor: Corridor) -> None:
@@ -115,7 +119,7 @@ class RtiMpcc:
         plan: Trajectory | None = None,
         objective: HorizonObjective = CONTOURING,
         damping: float = 0.0,
-        steps: AdmmSettings | None = None,
+        steps: Steps | None = None,
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
         before: float | None = None,
@@ -128,10 +132,11 @@ class RtiMpcc:
             target: what it is to end in; None: the last one.
             last: the solution to go on from; default: this object's last one.
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
-            objective: what is asked for; default: contouring over the cruise horizon.
+            objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place; default:
+                contouring over the cruise horizon.
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            steps: how the solver steps; None: `SolverSettings.warm` from the last solution, `cold` from a
-                `plan`, which may be far from its optimum.
+            steps: how the solver steps; None: `WARM` from the last solution, `COLD` from a `plan`, which may
+                be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
@@ -139,6 +144,7 @@ class RtiMpcc:
         """
         begun = perf_counter()
         config, wheelbase = self.config, self.config.vehicle.wheelbase
+        objective = config.objective.on_horizon(objective)
         self.target = target = target or self.target
         if plan is not None:
             last = None
@@ -147,11 +153,11 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
-        steps = steps or (config.solver.cold if last is None else config.solver.warm)
+        steps = steps or (COLD if last is None else WARM)
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
-        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages, config.fine_stage)
+        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
@@ -160,21 +166,21 @@ class RtiMpcc:
         weights = objective.weights(config, target, theta, lengths)
         errors = None
         if weights.follows_path:
-            reference = frame.reference_in(self.part.reference(theta))
-            errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
-        walls = self._walls(shifted.states, states, weights)
-        goal = frame.pose_in(target.pose)
+            reference = frame.reference_in(objective.reference(self.part, theta, config))
+            errors = frenet_errors(states, reference, self.part.direction)
+        plan_here = Linearised(
+            shifted.states, states, controls, errors, weights, self._corridor, self.index, config
+        )
         cost = quadratic_cost(
             states,
             controls,
             weights,
             errors,
-            walls,
-            goal,
+            frame.pose_in(target.pose),
             wheelbase,
             config.comfort,
-            config.weights,
             wheels=target.wheels or 0.0,
+            terms=partial(objective.add_terms, plan_here),
         )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
@@ -188,12 +194,13 @@ class RtiMpcc:
             target,
             self.part.direction,
             theta,
-            ends=objective.ends(config),
+            ends=objective.ends,
             turns=not along_path,
             disturbance=disturbance,
             most=most,
             change=change,
         )
+        objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
         self._solver.set_steps(steps)
@@ -204,8 +211,7 @@ class RtiMpcc:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
         rows = self._rows(shifted, states) if along_path else None
-        span = config.bound_relaxation.margin_time
-        drift = None if rows is None else free_response(states, lengths, wheelbase, span)
+        drift = None if rows is None else free_response(states, lengths, wheelbase, MARGIN_TIME)
         fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
         self._last = last
         self._linearisation = Linearisation(
@@ -252,7 +258,7 @@ class RtiMpcc:
         measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
         fill_initial(self._values, measured - linear.states[0])
         far_out = self._admit(measured, linear)
-        self._solver.allow(max(patience, self.config.bound_relaxation.patience) if far_out else patience)
+        self._solver.allow(max(patience, PATIENCE) if far_out else patience)
         result = self._solve(linear, measured - linear.states[0], ends, iterate)
         solution = self._read(linear, result, begun)
         if solution.solved:
@@ -270,33 +276,20 @@ class RtiMpcc:
         elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
         return self.room.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
-    def _walls(self, states: Array, local: Array, weights: StageWeights) -> SoftWalls | None:
-        """Boundaries nearest to the rear axle, where the published code's soft distance acts."""
-        if not (weights.bound_distance.any() or weights.bound_speed.any()):
-            return None
-        reach = max(self.config.weights.bound_distance_reach, self.config.weights.bound_speed_reach)
-        found = self._corridor.contacts(self.index, AXLE, states[:, :POSE], within=reach, outward=0.0)
-        normal = found.normal[:, 0, :2] * np.exp(1j * local[:, PHI])[:, None]
-        return SoftWalls(
-            distance=np.ascontiguousarray(found.apart[:, 0, :2]),
-            normal=normal.view(np.float64).reshape(*normal.shape, 2),
-        )
-
     def _rows(self, plan: Trajectory, local: Array) -> CorridorRows | None:
         """Corridor rows of stages 1..N of a plan, whose states are `local` (N+1, 6) in the QP's frame."""
-        config, footprint = self.config, self.config.footprint
         if not self._pattern.corridor_rows.size:
             return None
+        config, margin = self.config, self.config.clearance.wanted
         wheelbase = config.vehicle.wheelbase
-        found = stage_contacts(self._corridor, self.index, self._body, plan, footprint, wheelbase)
-        least = config.caution.planned_minimum
-        return corridor_rows(local[1:, PHI].copy(), found, footprint, config.narrow_passage, least)
+        found = stage_contacts(self._corridor, self.index, self._body, plan, margin, wheelbase)
+        return corridor_rows(local[1:, PHI].copy(), found, margin, config.planned_minimum)
 
     def _pressed(self, last: Solution, start: Array) -> bool:
         """Whether the last plan had to leave its margin by what is on top of the least, or the vehicle is
         beyond a limit at the `start` (6,)."""
         config, limits = self.config, self.config.limits
-        spare = max(config.footprint.margin - config.caution.planned_minimum, 0.0)
+        spare = max(config.clearance.wanted - config.planned_minimum, 0.0)
         beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
         return bool(beyond) or float(last.slack.max()) > spare
 
@@ -304,9 +297,8 @@ class RtiMpcc:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
 
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
-        the corridor's margin by more than `BoundRelaxation.far_share` of it.
+        the corridor's margin by more than `FAR_SHARE` of it.
         """
-        relaxation = self.config.bound_relaxation
         far_out = fill_motion_bounds(
             self._values,
             self._pattern,
@@ -318,12 +310,12 @@ class RtiMpcc:
         )
         if linear.rows is None or linear.drift is None:
             return far_out
-        change, margin = (measured - linear.states[0])[:MEASURED], self.config.footprint.margin
+        change, margin = (measured - linear.states[0])[:MEASURED], self.config.clearance.wanted
         missing = margin_deficit(linear.rows, linear.drift, change)
         if missing is None:
             return far_out
         lack = missing[0].max(axis=0)
-        spare = margin - self.config.caution.planned_minimum
+        spare = margin - self.config.planned_minimum
         vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
             linear.rows,
@@ -336,17 +328,12 @@ class RtiMpcc:
             most=np.minimum(np.maximum(lack, spare), margin),
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
-            relaxation=relaxation,
         )
         fill_corridor_bounds(self._values, bounds)
-        return far_out or float(lack.max()) > relaxation.far_share * margin
+        return far_out or float(lack.max()) > FAR_SHARE * margin
 
     def _solve(
-        self,
-        linear: Linearisation,
-        change: Array,
-        ends: Ends | None,
-        iterate: tuple[Array, Array] | None,
+        self, linear: Linearisation, change: Array, ends: Ends | None, iterate: tuple[Array, Array] | None
     ) -> QpSolution:
         pattern = self._pattern
         rows, columns = pattern.constraints.shape

@@ -21,7 +21,6 @@ from geometry import Area, Corridor, CorridorError, InputError, Pose2, Reference
 from geometry.angles import degrees_hint
 from geometry.doors import door
 from rti_mpcc import orders, scouting
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction
 from rti_mpcc.behaviour.status import Verdict, status_of
@@ -29,7 +28,7 @@ from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
+from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order

@@ -11,9 +11,10 @@ from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_sin
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
+from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import CLEAR_TIME
@@ -140,8 +141,9 @@ def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
             s = stops.looked(s, context, w.config)
         if decision is not None:
             return Driven(s, decision)
-    if schedule.final_due(s, context):
-        s = replace(s, task=replace(s.task, final=True), plans=replace(s.plans, solution=None))
+    successor = schedule.successor_due(s, context)
+    if successor is not None:
+        s = replace(s, task=replace(s.task, successor=successor), plans=replace(s.plans, solution=None))
     return _iterate(s, context, w)
 
 
@@ -212,7 +214,6 @@ _STANDS_AT = {
     SegmentEnd.GOAL: Reason.DOCKED,
     SegmentEnd.STOP: Reason.STANDS_BEFORE_SOMETHING,
     SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
-    SegmentEnd.STAGING_POSE: Reason.STANDS_AT_STAGING_POSE,
 }
 
 
@@ -305,8 +306,8 @@ def _ends_elsewhere(
     s: ControllerState, plan: Trajectory, context: PlanningContext, config: ControllerConfig
 ) -> bool:
     """Whether an arrival's plan does not end at its target: that has jumped, or the iterations got stuck."""
-    arrives = s.task.arrival is not None and not s.task.final and context.free
-    return arrives and context.missed_by(plan, config.weights.goal_clip)
+    arrives = s.task.arrival is not None and context.free
+    return arrives and context.missed_by(plan, GOAL_CLIP)
 
 
 # -- the rungs of the fallback --------------------------------------------------------------------------
@@ -445,7 +446,7 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     if changed:
         # What stands behind the plan's end is no reason to stop: nothing is driven there.
         end = stopping.way_left(plan, context.state)
-        least = w.config.caution.hard_minimum
+        least = w.config.clearance.least
         distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s

@@ -1,13 +1,13 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path, the way to a staging pose, the one from there to the goal, stretches of a planned way, a stop
-before what fills the way: all are segments, driven by one mechanism, which does not know who planned them.
-What is left of a manoeuvre is a tuple of them, the first one being driven. A stop is a piece of the segment
-that is driven on afterwards.
+Parts of a path, stretches of a planned way, a stop before what fills the way: all are segments, driven by one
+mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them, the first one
+being driven. A stop is a piece of the segment that is driven on afterwards.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import groupby, pairwise
@@ -18,6 +18,7 @@ from geometry.doors import Admitted, admit, door
 from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
+from rti_mpcc.ocp.targets import Target
 
 WHOLE_TOLERANCE = 1.0
 """Least length of a segment whose end has the whole tolerance of a cusp [m]; a shorter one has a share."""
@@ -30,29 +31,8 @@ class SegmentEnd(Enum):
     GOAL = "goal"
     """The goal pose, known or detected, beside or behind the path's end."""
     CUSP = "cusp"
-    STAGING_POSE = "staging pose"
-    """On the path before the goal, see `ControllerConfig.staging`."""
     STOP = "stop before something in the way"
     """From where the segment that comes next is driven on."""
-
-
-@dataclass(frozen=True, slots=True)
-class FinalObjective:
-    """What is asked for near the end of a segment instead of an arrival.
-
-    Attributes:
-        objective: see there; within: so much of the path before the stop [m]; inf: from the segment's begin.
-
-    Raises:
-        InputError: `within` is not positive.
-    """
-
-    objective: HorizonObjective
-    within: float
-
-    def __post_init__(self) -> None:
-        if not self.within > 0.0:
-            raise InputError(f"within = {self.within}: must be > 0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,10 +66,10 @@ class Segment(Admitted):
         wheels: angle that the wheels are turned to at rest before it is begun [rad]; None: it is begun with
             them as they stand.
         margin: distance of the body on the way to all that was known when it was planned [m]: where that is
-            less than `Footprint.margin` no more is kept, as far as `Caution` allows. None: not known.
-        dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
-        objective: on the way, until an arrival is planned.
-        final: what is asked for near its end instead of an arrival, or None.
+            less than `Clearance.wanted` no more is kept, as far as `Clearance.least` allows. None: not known.
+        dwell: how long the vehicle stands at its end, a cusp, at least [s].
+        objective: on the way, until an arrival is planned or another objective takes over.
+        target: where it ends, by its part and the goal or None; None: at the goal, or the part's own end.
         stop: of one that ends before something in the way, which only the controller makes; None otherwise.
         piece_of: the whole segment that this is a variant of, or None.
 
@@ -107,7 +87,7 @@ class Segment(Admitted):
     margin: float | None = None
     dwell: float = 0.0
     objective: HorizonObjective = CONTOURING
-    final: FinalObjective | None = None
+    target: Callable[[PathPart, Pose2 | None], Target] | None = None
     stop: PlannedStop | None = None
     piece_of: Segment | None = None
 
@@ -122,8 +102,8 @@ class Segment(Admitted):
             raise InputError(f"tolerance = {self.tolerance}: each must be > 0")
         if not 0.0 <= self.dwell < inf:
             raise InputError(f"dwell = {self.dwell}: must be >= 0, and finite")
-        if self.dwell and self.end not in (SegmentEnd.CUSP, SegmentEnd.STAGING_POSE):
-            raise InputError(f"dwell = {self.dwell}: only at a cusp or staging pose something comes after it")
+        if self.dwell and self.end is not SegmentEnd.CUSP:
+            raise InputError(f"dwell = {self.dwell}: only at a cusp something comes after it")
 
     @property
     def length(self) -> float:
@@ -142,30 +122,20 @@ class Segment(Admitted):
             self.whole, end=SegmentEnd.STOP, tolerance=tolerance, dwell=0.0, stop=stop, piece_of=self.whole
         )
 
-    @property
-    def begins_final(self) -> bool:
-        """Whether it is driven on its final objective from its begin."""
-        return self.final is not None and self.final.within == inf
-
     @door(late=True)
     def limited(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with the limits and the margin of this segment, where it has some that are lower."""
-        limits, footprint = config.limits, config.footprint
+        limits, wanted = config.limits, config.clearance.wanted
         speed = limits.speed if self.speed is None else min(self.speed, limits.speed)
         steering = limits.steering if self.steering is None else min(self.steering, limits.steering)
-        margin = footprint.margin if self.margin is None else self._margin(self.margin, config)
-        if (speed, steering, margin) == (limits.speed, limits.steering, footprint.margin):
+        margin = wanted if self.margin is None else min(max(self.margin, config.planned_minimum), wanted)
+        if (speed, steering, margin) == (limits.speed, limits.steering, wanted):
             return config
         own = {
             "limits": replaced(limits, speed=speed, steering=steering),
-            "footprint": replaced(footprint, margin=margin),
+            "clearance": replaced(config.clearance, wanted=margin),
         }
         return replaced(config, **own)
-
-    @staticmethod
-    def _margin(planned: float, config: ControllerConfig) -> float:
-        """What is kept where so much was planned [m]: within the footprint's and what may be driven."""
-        return min(max(planned, config.caution.planned_minimum), config.footprint.margin)
 
 
 Segments = tuple[Segment, ...]
@@ -234,6 +204,12 @@ def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     tolerance = CUSP_TOLERANCE
     *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
+
+
+@door()
+def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
+    """The manoeuvre along a path, to its end or to a goal near it, by the objective of the settings."""
+    return config.objective.segments(along(path, config), config)
 
 
 def checked(segments: Segments, path: ReferencePath) -> Segments:

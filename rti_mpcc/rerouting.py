@@ -159,7 +159,7 @@ class Rerouter:
         asked = self._needed(s)
         if asked is None:
             return s
-        margin = self._config.footprint.margin
+        margin = self._config.clearance.wanted
         if self._asked is None or not self._asked.answers(asked, _UNMOVED, margin):
             known = self.area_known(s)
             self._asked = asked
@@ -238,7 +238,7 @@ class Rerouter:
     def _ahead(self, s: ControllerState, goal: Pose2) -> _Asked | None:
         """From where on its route another one is to start: where the vehicle will be soon, or will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
-        if last is not None and last.is_for(goal, s.area, _UNMOVED, config.footprint.margin):
+        if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
             if last.at is not None and s.now <= last.at:
                 return last
             # That came too late: once more with twice the time, as long as the vehicle drives by then.
@@ -276,7 +276,7 @@ class Rerouter:
         found = self._found()
         if asked is None or route is None or found is None or self._asked is None:
             return s
-        if not self._asked.answers(asked, ways.NEAR, config.footprint.margin):
+        if not self._asked.answers(asked, ways.NEAR, config.clearance.wanted):
             return s
         planning, told = (
             s.task.phase is Phase.PLANNING,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.moves import NEAR_STOP
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning import schedule, search, stops, ways
@@ -255,7 +255,7 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     stands = abs(float(measured[V])) <= STANDSTILL_SPEED
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
-    if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
+    if not (stands and begins and config.objective.arrives_at_goal):
         return False
     before = route.rehearsed
     return before is None or apart(goal, before) > ways.GOAL_MOVED[0]

@@ -36,7 +36,7 @@ class Objective(Enum):
     CONTOURING = "contouring"
     ARRIVAL = "arrival"
     CARTESIAN = "Cartesian"
-    """The goal pose alone, of the baselines `Method.SEPARATED` and `Method.SWITCHED`."""
+    """The goal pose alone, of methods that the paper compares (`rti_mpcc.paper`)."""
 
 
 class Status(Enum):
@@ -51,7 +51,7 @@ class Status(Enum):
     DOCKED = "docked"
     """Standing inside the tolerance of the goal that was asked for last, as far as that is known."""
     CHANGING_DIRECTION = "changing direction"
-    """Standing at a cusp or staging pose until the queued commands are drained and its dwell is over; then
+    """Standing at a cusp until the queued commands are drained and its dwell is over; then
     the next segment begins."""
     STARTING = "starting"
     """The first plan of a segment is being found: standing still, or braking if the vehicle moves."""
@@ -110,7 +110,6 @@ class Reason(Enum):
     SETTLES = "settles", "braking to rest at the target"
     STANDS_BEFORE_SOMETHING = "stands before something", "standing before what fills the way: {}"
     STANDS_AT_CUSP = "stands at cusp", "standing at the cusp"
-    STANDS_AT_STAGING_POSE = "stands at staging pose", "standing at the staging pose"
     GOAL_REJECTED = "goal rejected", "{}"
     """The goal that was asked for last was not accepted."""
     NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}"

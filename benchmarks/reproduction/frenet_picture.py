@@ -57,10 +57,10 @@ def paired(lag_weight: float) -> Paired:
     """The plan of the first cycle of a vehicle beside the path, with this lag weight."""
     scenario = load_scenario(SCENARIO)
     config = scenario.controller_config("paper")
-    weights = {"lag": lag_weight, "terminal_lag": lag_weight}
+    changes = {"weights": {"lag": lag_weight}, "objective": {"terminal_lag": lag_weight}}
     path = scenario.build_path()
     controller = DockingController(
-        path, scenario.build_corridor(path), config.changed(weights=weights, dead_time=0.0)
+        path, scenario.build_corridor(path), config.changed(**changes, dead_time=0.0)
     )
     start = path.start
     state = VehicleState(

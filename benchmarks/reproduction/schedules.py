@@ -9,9 +9,11 @@ from matplotlib.figure import Figure
 
 from benchmarks.reproduction.content import Picture, Section, say
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Weights
-from rti_mpcc.ocp.objectives import contouring_weights
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.paper import PaperObjective
+from rti_mpcc.paper.objective import DynamicContouring
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, png
 from rti_mpcc.types import Array
@@ -30,7 +32,7 @@ _ROWS = (
 )
 _SAID = (
     "The weights are drawn by calling the function that the controller calls in every cycle "
-    "(`contouring_weights`, with `ControllerConfig.paper()`), not by formulas written again. The three "
+    "(`dynamic_weights`, with `ControllerConfig.paper()`), not by formulas written again. The three "
     "columns are the three cases of the paper: a path end or a cusp that is the goal itself (Eq. 7), a "
     "goal pose beside the path (Eq. 9, 10), a goal pose behind the path end (Eq. 11). Eq. 10 prints θ_e "
     "where its prose says θ_g; the published code uses the smaller of the two, and so does this project, "
@@ -65,43 +67,35 @@ def targets() -> dict[str, Target]:
     }
 
 
-def schedule(weights: Weights, target: Target, theta: Array) -> Schedule:
+def schedule(config: ControllerConfig, target: Target, theta: Array) -> Schedule:
     """Weights at each progress (n,) [m], without what the last stage of a horizon has besides."""
-    # Stages of the length that the weights belong to, and one more at the end, which is left out.
-    lengths = np.full(len(theta), weights.stage_length)
-    speed = ControllerConfig.paper().cruise_speed
-    stages = contouring_weights(
-        weights, target, np.append(theta, theta[-1]), lengths, cruise_speed=speed, clip_goal=False
-    )
-    goal = [
-        contouring_weights(
-            weights,
-            target,
-            np.full(_HORIZON + 1, one),
-            np.full(_HORIZON, weights.stage_length),
-            cruise_speed=speed,
-            clip_goal=False,
-        ).goal[0]
-        for one in theta.tolist()
-    ]
+
+    def weights(progress: Array) -> StageWeights:
+        # Stages of the length that the weights belong to.
+        assert isinstance(config.objective, PaperObjective)
+        lengths = np.full(len(progress) - 1, config.objective.stage_length)
+        return DynamicContouring().weights(config, target, progress, lengths)
+
+    stages = weights(np.append(theta, theta[-1]))  # and one more at the end, which is left out
+    goal = [weights(np.full(_HORIZON + 1, one)).goal[0] for one in theta.tolist()]
     return Schedule(stages.lag[:-1], stages.contouring[:-1], stages.progress_reward, np.array(goal))
 
 
 def schedules_figure() -> Figure:
     """A column a case, a row a weight."""
-    weights = ControllerConfig.paper().weights
+    config = ControllerConfig.paper()
     theta = np.arange(SHOWN[0], SHOWN[1], _SPACING)
     figure = Figure(figsize=(10.0, 6.8), layout="constrained")
     axes = figure.subplots(len(_ROWS), 3, sharex=True)
     for column, (name, target) in enumerate(targets().items()):
-        values = schedule(weights, target, theta)
+        values = schedule(config, target, theta)
         axes[0, column].set_title(name, fontsize="medium")
         axes[-1, column].set_xlabel("progress θ [m]")
         for row, (field, label, color, dashes) in enumerate(_ROWS):
             one = axes[row, column]
             one.plot(theta, getattr(values, field), color=color, linestyle=dashes, linewidth=1.8)
             one.axvline(target.stop, color=style.GREY, linestyle="dashed", linewidth=0.9)
-            reach = target.stop - weights.transition_reach
+            reach = target.stop - config.weights.transition_reach
             one.axvline(reach, color=style.GREY, linestyle="dotted", linewidth=0.9)
             grid(one)
             # Each by itself: contouring ends at 100 in the first case, begins at 1 in the others.

@@ -61,7 +61,7 @@ def passes_target(s: ControllerState, context: PlanningContext, config: Controll
 
     At rest without a plan it replans at once.
     """
-    if not config.arrival or s.task.segment.final is not None or not context.free:
+    if not (config.arrival and s.task.segment.objective.arrives and context.free):
         return False
     if s.task.phase is Phase.STARTING and s.is_stationary:
         return False
@@ -183,7 +183,7 @@ def _near(context: PlanningContext) -> bool:
 def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle stands for good: an arrival may start slowly, and a halting vehicle waits."""
     task = s.task
-    long = TURNING_TIME if task.final else STANDSTILL_TIME
+    long = STANDSTILL_TIME if task.objective.along_path else TURNING_TIME
     if task.arrival is not None and task.arrival.overdue_since is None:
         # It begins as slowly as its comfort has it.
         long = TURNING_TIME + MOVING_SPEED / config.arrival_acceleration

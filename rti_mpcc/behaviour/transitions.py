@@ -46,7 +46,7 @@ class Event(Enum):
     GOAL_REJECTED = "it stands, for no goal that was asked for was accepted"
     GOAL_CHANGED = "the goal of another dock is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
-    SEGMENT_ENDED = "it stands at a cusp or a staging pose"
+    SEGMENT_ENDED = "it stands at a cusp"
     MISTAKE = "this program went wrong in a cycle"
     WAY_LOST = "another way is to be planned"
     WAY_PLANNED = "a way was planned"

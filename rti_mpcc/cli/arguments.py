@@ -7,7 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from rti_mpcc.baselines import METHODS
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.scenario import PRESETS
 

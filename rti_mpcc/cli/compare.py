@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import (
     DONE,
     Commands,
@@ -17,6 +16,7 @@ from rti_mpcc.cli.arguments import (
     writable_folder,
 )
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from importlib import import_module
 from math import inf, radians, tan
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.doors import door
 from geometry.errors import ConfigError
-from geometry.settings import NonNegative, Positive, Settings, Tolerance, did_you_mean
-from rti_mpcc.config.decisions import Method, Ride
+from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean
+from rti_mpcc.config.decisions import Ride
 from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mission import MissionSettings
-from rti_mpcc.config.mpc import (
-    BoundRelaxation,
-    Footprint,
-    NarrowPassage,
-    SolverSettings,
-    SpeedProfile,
-    Weights,
-)
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE, Clearance, DockingObjective, SolverSettings, Weights
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Vehicle
 
 EXIT = 1e-3
@@ -34,23 +28,29 @@ RAMP = 0.4
 """In which a vehicle comes from none to the comfort acceleration [s]."""
 BRISK_EFFORT = 0.04
 """Share of the effort's weight in a brisk cruise: its time constant falls from 12 s to 2.4 s."""
-NO_JERK = 1e3
-"""More than any vehicle has in a cycle: no bound [m/s³]."""
-NO_COMFORT = (0.0, 0.0, 0.0)
-"""Weights of a method that knows no comfort."""
 PLANNED_SHARE = 0.9  # of comfort, and of the speed in narrow places: the rest is for corrections
 BRISK_SHARE = 0.98  # the same of a brisk ride: its time has the ramps for a reserve
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
+DECISIONS = (
+    "fallback", "escape", "behaviour", "retries", "arrival_timing", "search", "guesses", "goal_limits",
+    "obstacle_tracking", "user_clock", "progress",
+)  # fmt: skip
+"""Former groups of settings whose numbers stand beside the code that uses them."""
+TIGHT = 0.03
+"""Where the least clearance is no more than this [m], plans go as near as that."""
+PAPER = "rti_mpcc.paper"
+"""Where the paper's objectives are. It is loaded by name when one of them is asked for: what drives a vehicle
+does without it."""
 
 
 class ControllerConfig(Settings):
     """All settings of a `DockingController`; every one has a default.
 
     Attributes:
-        vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
-        narrow_passage, bound_relaxation: see there.
+        vehicle, limits, weights, clearance, solver, goal_tracking, plausibility: see there.
+        objective: how the vehicle comes along its path into the goal, see `DockingObjective`.
         route: how ways are planned in an area, see `RoutePlanner`.
         mission: how missions are driven, see `MissionSettings`.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
@@ -60,7 +60,6 @@ class ControllerConfig(Settings):
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
-        fine_stage: length of the second stage where stages grow; also the longest equal stage [s].
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
             what passengers or load are to feel at most. A planned arrival takes the time that keeps to all
             three, and what goes beyond them costs extra.
@@ -69,35 +68,39 @@ class ControllerConfig(Settings):
             reaches the comfort acceleration in `RAMP`. In the presets of the paper it is not bounded.
         cruise_horizon: horizon of the contouring objective [s].
         arrival_horizon: longest planned arrival [s].
-        arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
-        corridor_rows: keep every box of the body inside the corridor (soft, with an exact penalty).
-        speed_profile: bound on speed near the stop point, or None.
-        method: see `Method`.
-        staging: where `Method.SEPARATED` stops: so far before the goal's projection onto the path [m], or at
-            the path's end where the goal lies behind it.
         recovery: whether a vehicle that cannot get on along its path plans another way, in all of its
-            corridor. None: with method `dynamic` and a planned arrival; the paper's objectives stall as they
-            did.
-        progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
-            error hardly knows theta, and a plan whose progress may run back can then hang there.
-        reference_turns: a plan knows that the path's heading changes with its progress. The published code
-            looks the heading up by index, and its solver takes it for constant.
+            corridor. None: where it arrives at its goal in one plan (`DockingObjective.arrives_at_goal`); the
+            paper's objectives stall as they did.
         escape_speed: a vehicle whose body overlaps something may creep at up to this speed [m/s] along a
             motion on which the overlap falls all the way; 0: it stands.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
             driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
     """
 
+    former: ClassVar = {
+        "footprint": "clearance.wanted (its margin) and constants",
+        "caution": "clearance.least (its hard_minimum) and constants",
+        **dict.fromkeys(DECISIONS, CONSTANT),
+        "narrow_passage": CONSTANT,
+        "bound_relaxation": CONSTANT,
+        "fine_stage": CONSTANT,
+        "corridor_rows": CONSTANT,
+        "arrival": "objective, which says whether it plans one",
+        "method": "objective (`rti_mpcc.paper.with_method`)",
+        "staging": "objective.staging, of the baselines (`rti_mpcc.paper`)",
+        "speed_profile": "objective.speed_profile, of the paper's (`rti_mpcc.paper`)",
+        "progress_reverses": "objective.progress_reverses, of the paper's (`rti_mpcc.paper`)",
+        "reference_turns": "objective.reference_turns, of the paper's (`rti_mpcc.paper`)",
+    }
+
     vehicle: Vehicle = Vehicle()
     limits: Limits = Limits()
     weights: Weights = Weights()
-    footprint: Footprint = Footprint()
-    caution: Caution = Caution()
+    clearance: Clearance = Clearance()
+    objective: SerializeAsAny[DockingObjective] = DockingObjective()
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
-    narrow_passage: NarrowPassage = NarrowPassage()
-    bound_relaxation: BoundRelaxation = BoundRelaxation()
     route: RoutePlanner = RoutePlanner()
     mission: MissionSettings = MissionSettings()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
@@ -106,7 +109,6 @@ class ControllerConfig(Settings):
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
-    fine_stage: Annotated[float, Field(ge=0.005, le=10.0)] = 0.1
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
     comfort_lateral_acceleration: Positive = 1.0
     comfort_steering_rate: Positive = 0.5
@@ -114,16 +116,21 @@ class ControllerConfig(Settings):
     ride: Ride = "smooth"
     cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
     arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
-    arrival: bool = True
-    corridor_rows: bool = True
-    method: Method = Method.DYNAMIC
-    staging: NonNegative = 7.0
-    speed_profile: SpeedProfile | None = None
     recovery: bool | None = None
-    progress_reverses: bool = False
-    reference_turns: bool = True
     escape_speed: NonNegative = 0.0
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
+
+    @field_validator("objective", mode="before")
+    @classmethod
+    def _objective(cls, value: Any) -> Any:
+        """The objective that was written into a file, by the name of its class."""
+        if not isinstance(value, Mapping):
+            return value
+        kind, settings = value.get("kind"), {name: each for name, each in value.items() if name != "kind"}
+        made = DockingObjective if kind in (None, "DockingObjective") else _objectives().get(str(kind))
+        if made is None:
+            raise ValueError(f"kind = {kind!r}: must be one of DockingObjective, {', '.join(_objectives())}")
+        return made(**settings)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -136,11 +143,6 @@ class ControllerConfig(Settings):
         if rate > most and "comfort_steering_rate" in self.model_fields_set:
             raise ValueError(
                 f"comfort_steering_rate = {rate} rad/s must not be above limits.steering_rate = {most} rad/s"
-            )
-        if self.caution.hard_minimum > self.footprint.margin:
-            raise ValueError(
-                f"caution.hard_minimum = {self.caution.hard_minimum} m must not be above "
-                f"footprint.margin = {self.footprint.margin} m"
             )
         return self
 
@@ -158,6 +160,20 @@ class ControllerConfig(Settings):
             self.comfort_steering_rate,
             self.comfort_acceleration / RAMP if self.comfort_jerk is None else self.comfort_jerk,
         )
+
+    @property
+    def arrival(self) -> bool:
+        """Whether an arrival at rest is planned; otherwise contouring goes on to the end."""
+        return self.objective.plans_arrival
+
+    @property
+    def planned_minimum(self) -> float:
+        """What plans keep where there is no room for `Clearance.wanted` [m].
+
+        Noise comes on top of the least, but a user who allows no more than `TIGHT` asks for all of it.
+        """
+        least = self.clearance.least
+        return least + min(CONTACT_TOLERANCE, max(least - TIGHT, 0.0))
 
     @property
     def arrival_acceleration(self) -> float:
@@ -209,9 +225,7 @@ class ControllerConfig(Settings):
     @property
     def recovers(self) -> bool:
         """Whether a goal that is missed is made for by other ways, see `recovery`."""
-        if self.recovery is None:
-            return self.arrival and self.method is Method.DYNAMIC
-        return self.recovery
+        return self.objective.arrives_at_goal if self.recovery is None else self.recovery
 
     @classmethod
     @door(ConfigError)
@@ -238,28 +252,7 @@ class ControllerConfig(Settings):
         Args:
             changes: settings that replace those of the preset; `weights` too is replaced whole.
         """
-        weights = Weights(
-            virtual_speed=0.0,
-            lateral_acceleration=100.0,
-            heading_at_end=10.0,
-            terminal_lag=1e3,
-            terminal_heading=1e3,
-            bound_distance=1e3,
-            bound_speed=20.0,
-            stage_length=1.0,
-            comfort=NO_COMFORT,
-        )
-        preset = {
-            "weights": weights,
-            "cruise_horizon": 7.0,
-            "arrival": False,
-            "speed_profile": SpeedProfile(),
-            "reference_turns": False,
-            "disturbance": DisturbanceFilterConfig(enabled=False),
-            "vehicle_filter": VehicleFilterConfig(enabled=False),
-            "comfort_jerk": NO_JERK,
-        }
-        return cls(**{**preset, **changes})
+        return cls(**{**import_module(PAPER).PUBLISHED, **changes})
 
     @classmethod
     def paper_printed(cls, **changes: Any) -> Self:
@@ -268,12 +261,10 @@ class ControllerConfig(Settings):
         Args:
             changes: settings that replace those of the preset.
         """
-        preset = {
-            "weights": Weights(virtual_speed=0.0, comfort=NO_COMFORT),
-            "cruise_horizon": 7.0,
-            "arrival": False,
-            "disturbance": DisturbanceFilterConfig(enabled=False),
-            "vehicle_filter": VehicleFilterConfig(enabled=False),
-            "comfort_jerk": NO_JERK,
-        }
-        return cls(**{**preset, **changes})
+        return cls(**{**import_module(PAPER).PRINTED, **changes})
+
+
+def _objectives() -> dict[str, type[DockingObjective]]:
+    """The paper's objectives by their names in files."""
+    found: dict[str, type[DockingObjective]] = import_module(PAPER).OBJECTIVES
+    return found

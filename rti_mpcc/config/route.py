@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -13,23 +13,24 @@ class RoutePlanner(Settings):
     """How `plan_manoeuvre` looks for a way, and when a controller in an area looks for another one.
 
     Attributes:
-        margin: distance that the body keeps to all static obstacles where there is space [m];
-            hard_minimum: and everywhere [m]; reserve: kept on top of the hard minimum in the search and by
-            smooth routes [m].
         steering_slope: change of the steering along the route, at most [rad/m].
+        reserve: kept on top of `Clearance.least` in the search and by smooth routes [m].
         final_straight: length of the straight last piece of a route into the goal [m]; final_direction: +1:
             it is driven forward, -1: in reverse, 0: either way.
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
-            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard
-            minimum, on top of its own, falling to 0 at the margin.
+            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at
+            `Clearance.least`, on top of its own, falling to 0 at what is kept where there is room.
         searches: one after the other until there is a route, each with the factor by which its lattice is
             finer near the ends, and the weight of its estimate of the cost to the goal.
         farthest: distance of a goal, at most: one that is farther away is refused [m].
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
-    margin: NonNegative = 0.2
-    hard_minimum: NonNegative = 0.05
+    former: ClassVar = {
+        "margin": "clearance.wanted, of which routes keep 0.1 m more",
+        "hard_minimum": "clearance.least",
+    }
+
     steering_slope: Positive = 0.6
     reserve: NonNegative = 0.03
     final_straight: Short = 0.0

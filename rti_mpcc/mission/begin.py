@@ -117,7 +117,7 @@ def _keep_out(step: Dock, around: Around) -> tuple[Outline, ...]:
     """Where the body of the dock may be; none where the vehicle stands there already."""
     config = around.config
     body = body_polygons(np.array([[around.here.x, around.here.y, around.here.phi]]), config.vehicle)[0]
-    near = shapely.Polygon(body).buffer(config.route.margin)
+    near = shapely.Polygon(body).buffer(config.clearance.on_routes)
     return tuple(each for each in step.keep_out() if not near.intersects(shapely.Polygon(each)))
 
 

@@ -109,4 +109,4 @@ def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> f
     poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
     room = area.grid.signed_distances(body_of(config.vehicle), poses, _BESIDE)[:, 0]
     least = float(room.min())
-    return None if least >= config.footprint.margin else max(least, 0.0)
+    return None if least >= config.clearance.wanted else max(least, 0.0)

@@ -9,7 +9,7 @@ from math import cos, sin
 import numpy as np
 
 from geometry import Area, Pose2
-from rti_mpcc.config import ControllerConfig, RoutePlanner
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import joined, poses_after, split
 from rti_mpcc.route_planner.drivable import CURVATURE_SHARE
@@ -37,11 +37,12 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
         here: where the vehicle stands; distance: along the way [m], negative in reverse; area: all that
             stands.
     """
-    settings, body = config.route, body_of(config.vehicle)
+    clearance, body = config.clearance, body_of(config.vehicle)
     start = np.array([here.x, here.y, here.phi])
 
     def room(poses: Array) -> Array:
-        return np.minimum(area.grid.signed_distances(body, poses, settings.margin)[:, 0], settings.margin)
+        most = clearance.on_routes
+        return np.minimum(area.grid.signed_distances(body, poses, most)[:, 0], most)
 
     direct, ends = [], [_beside(here, distance, *each) for each in _sides()]
     for way in _shapes(distance, config):
@@ -49,18 +50,20 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
         kept = room(poses)
         end = Pose2(*poses[-1].tolist())
         # Beside a dock there may be little room: there must not get less of it.
-        if (kept >= min(settings.margin, float(kept[0]))).all():
+        if (kept >= min(clearance.on_routes, float(kept[0]))).all():
             direct.append((float(kept.min()), end))
         else:
             ends.append(end)
     kept = room(np.array([[end.x, end.y, end.phi] for end in ends]))
-    found = [*_best_first(direct, settings), *_best_first(zip(kept.tolist(), ends, strict=True), settings)]
+    others = zip(kept.tolist(), ends, strict=True)
+    found = [*_best_first(direct, clearance.least), *_best_first(others, clearance.least)]
     return tuple(found[:_MOST_ENDS])
 
 
-def _best_first(found: Iterable[tuple[float, Pose2]], settings: RoutePlanner) -> list[Pose2]:
-    """Those that are clear, the one with the most room [m] first; of equals as they come."""
-    clear = [each for each in found if each[0] >= settings.hard_minimum]
+def _best_first(found: Iterable[tuple[float, Pose2]], least: float) -> list[Pose2]:
+    """Those that keep the `least` clearance [m], the one with the most room [m] first; of equals as they
+    come."""
+    clear = [each for each in found if each[0] >= least]
     return [end for _, end in sorted(clear, key=lambda each: -each[0])]
 
 

@@ -13,8 +13,8 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
 
-AXLE = Body.of([(0.0, 0.0)])
-"""The middle of the rear axle alone."""
+PIECES = 2
+"""Boxes of equal length that the body is cut into, each with a half-plane for each side."""
 
 
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:

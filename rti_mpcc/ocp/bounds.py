@@ -35,6 +35,11 @@ OVERRUN = 0.1  # [m] of the progress past the stop point of a goal pose (publish
 HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
 CALM_SPEED = 0.1  # [m/s]; slower, a plan turns the wheels within comfort
 PASSED_DISTANCE = 0.5  # [m]; passed by less, the vehicle still has that distance left
+FAR_SPEED = 1.1
+"""A vehicle that is so many times as fast as its limit is braked at any jerk."""
+TURNING_SHARE = 0.99
+"""Of a steering rate beyond comfort that the last plan had, which the next one may have there, (J3). Less
+than 1: what the solver is off by is not to add up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +82,7 @@ def stage_bounds(
     disturbance: Disturbance = UNDISTURBED,
     change: Change | None = None,
 ) -> StageBounds:
-    """The limits, one direction of motion, and the speed profile where the configuration has one.
+    """The limits, and one direction of motion.
 
     Args:
         direction: d of the part: d v >= 0.
@@ -89,22 +94,15 @@ def stage_bounds(
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O5).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
-    limits, profile = config.limits, config.speed_profile
+    limits = config.limits
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
     states, controls = np.empty((2, len(theta) - 1, 2, 3))
     _stage_bounds(
-        np.ascontiguousarray(theta),
         direction,
-        limits.speed,
-        np.empty(0) if most is None else most,
-        target.stop,
-        inf if profile is None else profile.at_stop(target.behind),
-        0.0 if profile is None else profile.deceleration,
+        np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
-        1.0 if profile is not None else HEADROOM,
-        config.progress_reverses,
         (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
         target.stop + overrun(target) if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
@@ -115,11 +113,11 @@ def stage_bounds(
     if change is not None:
         before, speeds, turning, lengths, rests, pressed = change
         jerk = faster**3 * config.comfort.jerk
-        if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
+        if abs(speeds[0]) <= FAR_SPEED * limits.speed:
             _bound_change(before, speeds[0], lengths, jerk, controls)
         if config.weights.comfort[2] > 0.0:
             calm = CALM_SPEED if pressed else inf
-            kept = config.bound_relaxation.turning_share * np.abs(turning)
+            kept = TURNING_SHARE * np.abs(turning)
             _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
         if rests:
             _bound_end(lengths, jerk, controls)
@@ -134,16 +132,9 @@ def _faster(change: Change, left: float, config: ControllerConfig) -> float:
 
 @kernel
 def _stage_bounds(
-    theta: Array1,
     direction: int,
-    limit: float,
     most: Array1,
-    stop: float,
-    final: float,
-    deceleration: float,
     back: float,
-    headroom: float,
-    reverses: bool,
     steering: tuple[float, float],
     farthest: float,
     acceleration: tuple[float, float],
@@ -151,19 +142,15 @@ def _stage_bounds(
     states: Out3,
     controls: Out3,
 ) -> None:
-    """With the speed profile v² <= final² + 2 deceleration (theta_stop - theta)."""
+    """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
     for k in range(len(states)):
-        left = max(stop - theta[k + 1], 0.0)
-        speed = min(limit, sqrt(final * final + 2.0 * deceleration * left))
-        if len(most) > 0:
-            speed = min(speed, most[k])
-        virtual = headroom * speed
+        speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
         states[k, 0, 1], states[k, 1, 1] = steering
         states[k, 0, 2], states[k, 1, 2] = -inf, farthest
         controls[k, 0, 0], controls[k, 1, 0] = acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
-        controls[k, 0, 2], controls[k, 1, 2] = -virtual if reverses else 0.0, virtual
+        controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
 
 
 @kernel

@@ -11,27 +11,36 @@ stage, less a strip to steer in, but no less than the body's hard minimum:
 
 (H8)  margin' = max(min(margin, (d + d')/2 - strip), d_min)
 
-over all pieces, `strip` being that of `NarrowPassage`. A slack that nothing can make smaller would cost by
+over all pieces, `strip` being `STRIP`. A slack that nothing can make smaller would cost by
 the time spent in it: the narrower the lane, the more it would pay to hurry.
 """
 
 from __future__ import annotations
 
-from math import cos, inf, sin, tan
+from math import cos, sin, tan
 from typing import NamedTuple
 
 import numpy as np
 
 from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
-from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.room import between
+from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.types import Array
 
 LOOSE = -100.0
 """Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes
 are 0 besides: a row that never binds still drags on the solver's steps."""
+STRIP = 0.03
+"""Left to either side to steer in, of what is between two walls [m]: rows that all bind say the same."""
+MARGIN_TIME = 1.5
+"""T, so long the plan may take to give back the corridor's margin [s], (H4). Over 3 s or 5 s the vehicle came
+nearer to walls, and steered harder all the same (docs/decisions, 9)."""
+MARGIN_DISTANCE = 3.5
+"""S, over which it is given back, as far as the room that the trailing end needs for that goes [m]."""
+BOUNDARY_DISTANCE = 10.0
+"""W, over which a body that is over a boundary is brought back, once it has turned [m]."""
 MEASURED = DELTA + 1
 """Of a state all but its progress is measured: x, y, phi, v, delta."""
 
@@ -44,37 +53,24 @@ class CorridorRows(NamedTuple):
 
 
 def corridor_rows(
-    headings: Array,
-    contacts: Contacts,
-    footprint: Footprint,
-    passage: NarrowPassage | None = None,
-    least: float = 0.0,
+    headings: Array, contacts: Contacts, margin: float, least: float | None = None, near: float = NEAR
 ) -> CorridorRows | None:
     """Rows (H2) of N stages with these `headings` (N,) [rad] and `contacts`; None if none acts.
 
     Args:
-        passage: for (H8), with d_min = `least` [m]; None: the margin is kept whatever is left.
+        margin: [m]; least: d_min of (H8) [m], None: the margin is kept whatever is left.
+        near: rows act on what is nearer than the margin and this [m].
     """
     shape = contacts.values.shape[:3]
     slopes, lower = np.zeros((*shape, POSE)), np.full(shape, LOOSE)
-    facing, strip = (-inf, 0.0) if passage is None else (passage.facing, passage.strip)
-    acting = _corridor_rows(
-        headings, contacts.values, footprint.margin, footprint.near, facing, strip, least, slopes, lower
-    )
+    kept = margin if least is None else least
+    acting = _corridor_rows(headings, contacts.values, margin, near, kept, slopes, lower)
     return CorridorRows(slopes, lower) if acting else None
 
 
 @kernel
 def _corridor_rows(
-    headings: Array1,
-    contacts: Array4,
-    margin: float,
-    near: float,
-    facing: float,
-    strip: float,
-    least: float,
-    slopes: Out4,
-    lower: Out3,
+    headings: Array1, contacts: Array4, margin: float, near: float, least: float, slopes: Out4, lower: Out3
 ) -> bool:
     """Equations (H2), (H8). Returns whether any row acts."""
     acting = False
@@ -82,7 +78,7 @@ def _corridor_rows(
     for k in range(stages):
         c, s = cos(headings[k]), sin(headings[k])
         for side in range(sides):
-            left = between(contacts, k, side, facing) - strip
+            left = between(contacts, k, side) - STRIP
             kept = min(margin, max(left, least))
             for piece in range(pieces):
                 apart = contacts[k, piece, side, APART]
@@ -179,7 +175,6 @@ def relaxed_bounds(
     most: Array,
     over: Array,
     far: float,
-    relaxation: BoundRelaxation,
 ) -> Array:
     """Lower bounds (N, pieces, sides) that give back step by step what is missing.
 
@@ -204,7 +199,7 @@ def relaxed_bounds(
           w_ij = max(0, l_i - l_j) max m_j,   w_ii = l_i max(0, max m_i - noise),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
-    T, S and W being `margin_time`, `margin_distance` and `boundary_distance` of `BoundRelaxation`, each share
+    T, S and W being `MARGIN_TIME`, `MARGIN_DISTANCE` and `BOUNDARY_DISTANCE`, each share
     0 to 1, m_i beyond the stages that it is known for that of the last of them, and max m_j the most that is
     missing of that side at piece j at any stage.
 
@@ -216,10 +211,7 @@ def relaxed_bounds(
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
     bounds = np.empty(rows.lower.shape)
-    returns = relaxation.margin_time, relaxation.margin_distance, relaxation.boundary_distance
-    _relaxed_bounds(
-        rows.lower, missing, elapsed, travelled, trails, margin, noise, most, over, far, *returns, bounds
-    )
+    _relaxed_bounds(rows.lower, missing, elapsed, travelled, trails, margin, noise, most, over, far, bounds)
     return bounds
 
 
@@ -235,9 +227,6 @@ def _relaxed_bounds(
     most: Array1,
     over: Array1,
     far: float,
-    margin_time: float,
-    margin_distance: float,
-    boundary_distance: float,
     bounds: Out3,
 ) -> None:
     """Equation (H4)."""
@@ -250,15 +239,15 @@ def _relaxed_bounds(
                 behind = trails[piece] if other == piece else max(trails[piece] - trails[other], 0.0)
                 for k in range(last + 1):
                     lack = min(missing[k, other, side], margin) - (noise if other == piece else 0.0)
-                    swing = max(swing, 1.5 * behind / margin_distance * lack)
+                    swing = max(swing, 1.5 * behind / MARGIN_DISTANCE * lack)
             for k in range(stages):
                 lack = min(missing[min(k, last), piece, side], margin)
-                returned = min(elapsed[k] / margin_time, travelled[k] / margin_distance, 1.0)
-                swung_back = min(travelled[k] / (margin_distance + 2.0 * trails[piece]), 1.0)
+                returned = min(elapsed[k] / MARGIN_TIME, travelled[k] / MARGIN_DISTANCE, 1.0)
+                swung_back = min(travelled[k] / (MARGIN_DISTANCE + 2.0 * trails[piece]), 1.0)
                 relief = (1.0 - returned**3) * lack + (1.0 - swung_back**3) * swing
                 relief = min(relief, most[side])
                 if over[side] > 0.0:
-                    left = 1.0 - (travelled[k] - 2.0 * far) / boundary_distance
+                    left = 1.0 - (travelled[k] - 2.0 * far) / BOUNDARY_DISTANCE
                     beyond = over[side] + min(over[side], margin - relief)
                     relief += min(max(left, 0.0), 1.0) * beyond
                 bounds[k, piece, side] = lower[k, piece, side] - relief

@@ -50,18 +50,11 @@ class FrenetErrors(NamedTuple):
         return self.values[:, HEADING]
 
 
-def frenet_errors(
-    states: Array, reference: PathReference, direction: int, *, turns: bool = True
-) -> FrenetErrors:
-    """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2).
-
-    Args:
-        turns: whether the slopes know that the reference turns with theta; False takes phi_r' for 0 in (F2).
-    """
+def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
+    """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
     values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
     x, y, phi = (np.ascontiguousarray(each) for each in (reference.x, reference.y, reference.phi))
-    turning = reference.slope if turns else np.zeros_like(reference.slope)
-    _frenet_errors(states, x, y, phi, turning, float(direction), values, slopes)
+    _frenet_errors(states, x, y, phi, reference.slope, float(direction), values, slopes)
     return FrenetErrors(values, slopes)
 
 

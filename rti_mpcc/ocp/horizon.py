@@ -16,11 +16,13 @@ from rti_mpcc.model.bicycle import pose_rate
 from rti_mpcc.model.layout import CONTROLS, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.types import Array, Trajectory
 
+FINE_STAGE = 0.1
+"""Length of the second stage where stages grow; also the longest equal stage [s]."""
 MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-def stage_lengths(duration: float, first: float, stages: int, fine: float) -> Array:
+def stage_lengths(duration: float, first: float, stages: int, fine: float = FINE_STAGE) -> Array:
     """Lengths (stages,) [s] of (G1) that sum up to `duration` [s], the first of them `first` [s].
 
     A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];

@@ -3,8 +3,8 @@
 (P2)  room = (g + g')/2,   v <= speed + max(room - d_min, 0) / reaction_time
 
 with the gaps g, g' between a body on the path and two walls that face each other, on either side of it, and
-`speed` and `reaction_time` of `NarrowPassage`. An obstacle that leaves a body on the path no gap at all is
-passed on its other side, and does not count.
+`speed` and `reaction_time` being `NARROW_SPEED` and `REACTION_TIME`. An obstacle that leaves a body on the
+path no gap at all is passed on its other side, and does not count.
 """
 
 from __future__ import annotations
@@ -19,17 +19,31 @@ from geometry.compiled import Array4, Out1, inner, kernel
 from geometry.contacts import ACROSS, ALONG, APART
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import PLANNED_SHARE
-from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.types import Array
+
+OUTWARD = 0.02
+"""Of the points of a piece of the body that are about equally near to a side the one farther out along the
+body counts, by so much of how much farther out it is: a turn that brings nearer which of them is nearer, in
+rad (docs/decisions, 8)."""
+FACING = -0.5
+"""Walls face each other if the cosine between their normals is below this."""
+NARROW_SPEED = 0.3
+"""With which the least room is driven through [m/s], (P2) (docs/decisions, 11)."""
+REACTION_TIME = 0.1
+"""So much faster a vehicle drives for each metre of room more, 1 / reaction time [s]: who drives with a
+heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed."""
+SPACING = 0.5
+"""Between the places on a part at which the room is looked up [m]; the pieces of the body are longer."""
+OBSTACLE_REACH = 8.0
+"""Obstacles farther than this from the path leave it its room [m]."""
 
 
 @inner
-def between(contacts: Array, n: int, side: int, facing: float) -> float:
+def between(contacts: Array, n: int, side: int) -> float:
     """Half of what one side and the nearest one that faces it leave to the n-th body [m]; inf without one.
 
-    Args:
-        contacts: (n, pieces, sides, 5), see geometry.contacts.
-        facing: see `NarrowPassage`.
+    `contacts`: (n, pieces, sides, 5), see geometry.contacts.
     """
     room = inf
     here = _nearest(contacts, n, side)
@@ -37,7 +51,7 @@ def between(contacts: Array, n: int, side: int, facing: float) -> float:
         there = _nearest(contacts, n, other)
         cosine = contacts[n, here, side, ALONG] * contacts[n, there, other, ALONG]
         cosine += contacts[n, here, side, ACROSS] * contacts[n, there, other, ACROSS]
-        if other != side and cosine < facing:
+        if other != side and cosine < FACING:
             room = min(room, 0.5 * (contacts[n, here, side, APART] + contacts[n, there, other, APART]))
     return room
 
@@ -53,11 +67,11 @@ def _nearest(contacts: Array, n: int, side: int) -> int:
 
 
 @kernel
-def _least_room(contacts: Array4, facing: float, room: Out1) -> None:
+def _least_room(contacts: Array4, room: Out1) -> None:
     for n in range(len(contacts)):
         room[n] = inf
         for side in range(contacts.shape[2]):
-            room[n] = min(room[n], between(contacts, n, side, facing))
+            room[n] = min(room[n], between(contacts, n, side))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,7 +106,7 @@ class Room:
 
 def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
     """The room on a part, which is the route's `index`-th, and the speeds that it allows."""
-    theta = part.places(config.narrow_passage.spacing)
+    theta = part.places(SPACING)
     walls = _room(part, corridor.with_obstacles(()), index, theta, config)
     found = Room(theta=theta, walls=walls, speed=walls)
     return with_obstacles(found, part, corridor, index, config)
@@ -105,7 +119,7 @@ def with_obstacles(
     left: Array = room.walls
     if corridor.obstacles:
         at = part.reference(room.theta)
-        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), config.narrow_passage.obstacle_reach)
+        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), OBSTACLE_REACH)
         beside = _room(part, corridor, index, room.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
         fits = beside >= 0.0
@@ -116,24 +130,21 @@ def with_obstacles(
 
 def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:
     """Room (n,) beside bodies that stand on the path at `theta` (n,) [m]."""
-    at, passage = part.reference(theta), config.narrow_passage
+    at = part.reference(theta)
     poses = np.column_stack([at.x, at.y, at.phi])
     # On either side what could slow the vehicle down.
-    most = config.caution.hard_minimum + passage.reaction_time * config.limits.speed
-    body = body_of(config.vehicle, config.footprint.pieces)
-    outward = config.footprint.outward
-    found = corridor.contacts(
-        index, body, poses, within=2.0 * max(most, config.footprint.margin), outward=outward
-    )
+    most = config.clearance.least + REACTION_TIME * config.limits.speed
+    within = 2.0 * max(most, config.clearance.wanted)
+    body = body_of(config.vehicle, PIECES)
+    found = corridor.contacts(index, body, poses, within=within, outward=OUTWARD)
     room = np.empty(len(poses))
-    _least_room(found.values, passage.facing, room)
+    _least_room(found.values, room)
     return room
 
 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
-    least, passage = config.caution.hard_minimum, config.narrow_passage
-    speed = passage.speed + np.maximum(room - least, 0.0) / passage.reaction_time
+    speed = NARROW_SPEED + np.maximum(room - config.clearance.least, 0.0) / REACTION_TIME
     squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.

@@ -7,7 +7,7 @@ from cycle to cycle, as stages move on. So where corners pass each other the way
 
 from __future__ import annotations
 
-from math import cos, hypot, sin, sqrt, tan
+from math import cos, hypot, radians, sin, sqrt, tan
 
 import numpy as np
 
@@ -15,33 +15,41 @@ from geometry import Corridor
 from geometry.compiled import Array2, Array4, Index1, IndexOut1, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
-from rti_mpcc.config import Footprint
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.room import OUTWARD
 from rti_mpcc.types import Trajectory
+
+NEAR = 1.0
+"""What is farther from a piece of the body than the margin and this acts on it in no way [m]."""
+CORNER = radians(18.0)
+"""Where a half-plane turns by more than this between two stages a corner is passed [rad]."""
+BETWEEN = 7
+"""So many poses on the way there are looked at, too."""
 
 
 def stage_contacts(
-    corridor: Corridor, index: int, body: Body, plan: Trajectory, footprint: Footprint, wheelbase: float
+    corridor: Corridor, index: int, body: Body, plan: Trajectory, margin: float, wheelbase: float
 ) -> Contacts:
     """Contacts of the body at stages 1..N of a plan, or those on the way there that are nearer.
 
     Normals and points are in the frame of the body at the stage.
 
     Args:
-        index: of the part of the route whose boundaries act; wheelbase: [m].
+        index: of the part of the route whose boundaries act.
+        margin: distance that is kept [m]; wheelbase: [m].
     """
-    within = footprint.margin + footprint.near
-    found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=footprint.outward)
+    within = margin + NEAR
+    found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=OUTWARD)
     passing = np.empty(len(plan.controls), dtype=np.int64)
-    count = _passing(found.values, plan.states, footprint.margin, cos(footprint.corner), passing)
+    count = _passing(found.values, plan.states, margin, cos(CORNER), passing)
     if not count:
         return found
     stages = passing[:count]
-    shares = np.arange(1, footprint.between + 1) / (footprint.between + 1)
+    shares = np.arange(1, BETWEEN + 1) / (BETWEEN + 1)
     begins, lengths = plan.times[stages, None], np.diff(plan.times)[stages, None]
     between = states_at(plan, (begins + lengths * shares).ravel(), wheelbase)
-    more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=footprint.outward)
+    more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=OUTWARD)
     values = found.values.copy()
     _keep_nearer(values, plan.states, more.values, between, stages, wheelbase)
     return Contacts(values=values)

@@ -9,7 +9,7 @@ from math import hypot
 from geometry import PathPart, Pose2, lift
 
 PROJECTION_REACH = 1.0
-"""A goal that has moved by less is projected near its last projection [m]: noise makes no jumps."""
+"""A goal that has moved by less than this is projected near its last projection [m]: noise makes no jumps."""
 
 
 class TargetKind(Enum):
@@ -52,11 +52,7 @@ class Target:
 
 
 def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
-    """The goal as the target of a part.
-
-    Args:
-        last: what the part was to end in before, or None.
-    """
+    """The goal as the target of a part; `last`: what the part was to end in before, or None."""
     if last is None or last.goal is None:
         near = None
     elif last.goal == goal:
@@ -96,13 +92,3 @@ def stop_on(part: PathPart, theta: float) -> Target:
     """A stop on the path at progress `theta` [m], or at its end, as its target."""
     theta = min(theta, part.end)
     return Target(pose=part.pose(theta), theta=theta, theta_end=part.end, kind=TargetKind.PATH_END)
-
-
-def staging_on(part: PathPart, goal: Pose2 | None, before: float) -> Target:
-    """A stop on the path so far `before` the goal's projection [m], or at its end where the goal lies behind.
-
-    `goal`: None for the path's last pose.
-    """
-    goal = goal or part.last
-    theta = part.project(goal.x, goal.y, heading=goal.phi)
-    return stop_on(part, part.end if theta >= part.end else max(theta - before, part.start))

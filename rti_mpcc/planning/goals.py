@@ -115,7 +115,7 @@ def checked_again(
     """
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
-    corridor, margin = surroundings.corridor, _margin(config)
+    corridor, margin = surroundings.corridor, config.clearance.wanted
     fit = checked(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
@@ -132,14 +132,18 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
     if _misplaced(goal, last.beside, vehicle)[0]:
         return False  # by that place of the path: another one may be nearer
     left = last.room - moved
-    clear = known and left > _margin(config) and not last.remark
+    clear = known and left > config.clearance.wanted and not last.remark
     return clear or (moved <= NEARLY_UNMOVED and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
     """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
     room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
-    remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
+    remark = (
+        f"the body at the path's end {_crossing(room)}"
+        if room < 0.0
+        else _tight(room, config.clearance.wanted)
+    )
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
@@ -202,11 +206,6 @@ def _tight(room: float, margin: float) -> str:
     if room >= margin:
         return ""
     return f"the goal leaves {room:.2f} m beside the body, less than the margin of {margin:.2f} m"
-
-
-def _margin(config: ControllerConfig) -> float:
-    """The margin that plans keep [m]."""
-    return config.footprint.margin if config.corridor_rows else 0.0
 
 
 def _moved(before: Pose2, now: Pose2, vehicle: Vehicle) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, A, V
+from rti_mpcc.ocp.objectives import HorizonObjective
 from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time, time_along, within_reach
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import FLAT
@@ -95,18 +96,16 @@ def arrival_due(s: ControllerState, context: PlanningContext, config: Controller
     return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
 
 
-def final_due(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether from here on the segment's final objective is to be driven for: by the way along the path."""
-    final = s.task.segment.final
-    if final is None or s.task.final or not context.free:
-        return False
-    return context.target.stop - float(context.state[THETA]) <= final.within
+def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObjective | None:
+    """The objective that takes over from here on, by the way left along the path, or None."""
+    left = context.target.stop - float(context.state[THETA])
+    return s.task.objective.successor(left) if context.free else None
 
 
 def too_late(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = context.speed**2 / (2.0 * config.comfort_acceleration)
-    contouring = s.task.phase is Phase.CONTOURING and not s.task.final
+    contouring = s.task.phase is Phase.CONTOURING and s.task.objective.along_path
     return contouring and context.distance <= needed
 
 
@@ -133,7 +132,7 @@ def apart(one: Pose2, other: Pose2) -> float:
 
 def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
-    if not config.arrival or s.task.segment.final is not None:
+    if not (config.arrival and s.task.segment.objective.arrives):
         return False
     theta = float(context.state[THETA])
     return within_reach(context.distance, context.speed, config, context.pace, theta)

@@ -8,19 +8,21 @@ from math import hypot, inf, radians
 
 import numpy as np
 
-from rti_mpcc.config import AdmmSettings, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import defects, extremes
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.state import ControllerState, SuspendedSearch
+from rti_mpcc.qp.solver import COLD, RETRY, Steps
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
@@ -105,7 +107,7 @@ class InitialIterate:
     settled: float = 0.0
     first: bool = False
     reaching: bool = False
-    steps: AdmmSettings | None = None
+    steps: Steps | None = None
     patience: int = 1
     unsolved: int = 1
 
@@ -120,7 +122,7 @@ def going_on(solution: Solution | None) -> InitialIterate:
 
 def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return replace(going_on(None), guess=plan, steps=config.solver.retry, patience=CLEAN_PATIENCE)
+    return replace(going_on(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
@@ -132,7 +134,7 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
         settled=SETTLED,
         most=ITERATIONS,
         damping=FIRST_DAMPING,
-        steps=config.solver.cold,
+        steps=COLD,
         patience=FIRST_PATIENCE,
         unsolved=UNSOLVED,
     )
@@ -278,7 +280,7 @@ def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> 
     """Where the iterations begin for the objective that was chosen."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
-    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
+    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, context.pace, config)
     return arrival_guess(part, target, context.state, times, context.distance, context.pace, config)
@@ -294,7 +296,7 @@ def _corridor_infeasible(
 ) -> bool:
     if float(solution.slack.max()) > BLOCKED_SLACK:
         return True
-    end, (position, heading) = solution.trajectory.states[-1], config.weights.goal_clip
+    end, (position, heading) = solution.trajectory.states[-1], GOAL_CLIP
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
     return arriving and (left > position or abs(end[PHI] - target.pose.phi) > heading)
 

@@ -214,7 +214,7 @@ class Task:
             second; phase: see `Phase`.
         target: what the whole segment is to end in; None before the first cycle.
         arrival: what is planned, or None while contouring.
-        final: the segment's final objective is driven for, from here on.
+        successor: the objective that has taken over from the segment's own, or None.
         looks_past: standing there, a way past it is looked for.
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
@@ -230,7 +230,7 @@ class Task:
     phase: Phase = Phase.STARTING
     target: Target | None = None
     arrival: Arrival | None = None
-    final: bool = False
+    successor: HorizonObjective | None = None
     looks_past: bool = False
     halt: Halt | None = None
     latched: str = ""
@@ -243,7 +243,7 @@ class Task:
     @classmethod
     def begun(cls, segments: Segments) -> Task:
         """At the begin of the first of these segments."""
-        return cls(segments=segments, final=segments[0].begins_final)
+        return cls(segments=segments)
 
     @property
     def segment(self) -> Segment:
@@ -281,9 +281,8 @@ class Task:
     @property
     def objective(self) -> HorizonObjective:
         """What the QP asks for."""
-        final = self.segment.final
-        if self.final and final is not None:
-            return final.objective
+        if self.successor is not None:
+            return self.successor
         return self.segment.objective if self.arrival is None else ArrivalAtRest(self.arrival.at)
 
 

@@ -141,7 +141,7 @@ def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
 def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
     """Warn of a part, the route's `index`-th, whose boundaries leave less than the margin beside the body."""
     left, theta = room.least
-    margin, least = config.footprint.margin, config.caution.hard_minimum
+    margin, least = config.clearance.wanted, config.clearance.least
     if left >= margin:
         return
     consequence = f"it is driven there at {float(room.speed_at(np.array([theta]))[0]):.2f} m/s"

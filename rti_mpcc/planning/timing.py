@@ -16,7 +16,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath
 from geometry.doors import door
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
@@ -42,13 +42,11 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
     Raises:
         ConfigError: the settings plan no arrival, or no cruise by (T4), so nothing says how long they take.
     """
-    if not config.arrival:
+    if not config.objective.arrives_at_goal:
         raise ConfigError(
-            "arrival = False: only planned arrivals have a time that is known before; preset 'default' plans "
-            "them, 'paper' and 'paper_printed' do not"
+            f"objective = {type(config.objective).__name__}: only planned arrivals have a time that is known "
+            "before; method 'dynamic' with preset 'default' plans one, the paper's presets do not"
         )
-    if config.method is not Method.DYNAMIC:
-        raise ConfigError(f"method = {config.method.value!r}: only of 'dynamic' the time is known before")
     total = 0.0
     for part in path.parts:
         last = part is path.parts[-1]

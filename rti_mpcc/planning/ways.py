@@ -7,10 +7,11 @@ import numpy as np
 from geometry import Area, PathPart, Pose2
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.ocp.room import REACTION_TIME
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
@@ -55,7 +56,7 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
     """Those of convex shapes (m_i, 2) that are near the body on what is left of the route [m]."""
     if not shapes:
         return []
-    within = config.caution.hard_minimum + config.narrow_passage.reaction_time * config.limits.speed
+    within = config.clearance.least + REACTION_TIME * config.limits.speed
     grid = ShapeGrid.of_shapes(shapes, np.arange(len(shapes)), len(shapes))
     parts = s.path.parts[s.task.segment.index :]
     near = np.zeros(len(shapes), dtype=np.bool_)
@@ -77,8 +78,9 @@ def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool
     """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
     within what is measured."""
     poses = np.concatenate([_poses(segment.part) for segment in manoeuvre.segments])
-    least = min(config.route.hard_minimum, manoeuvre.clearance) - CONTACT_TOLERANCE
-    return bool((area.signed_distances(body_of(config.vehicle), poses, config.route.margin) >= least).all())
+    least = min(config.clearance.least, manoeuvre.clearance) - CONTACT_TOLERANCE
+    apart = area.signed_distances(body_of(config.vehicle), poses, config.clearance.on_routes)
+    return bool((apart >= least).all())
 
 
 def _poses(part: PathPart) -> Array:

@@ -19,7 +19,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.ocp.room import room_along, with_obstacles
-from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, staging_on, stop_on
+from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -104,7 +104,7 @@ class Workspaces:
         else:
             room = room_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
-        core.room = room if config.corridor_rows else None
+        core.room = room
         pace = pace_of(core.part, config, core.room)
         return _Active(segment=segment, config=config, mpcc=core, corridor=corridor, pace=pace)
 
@@ -137,8 +137,8 @@ class Workspaces:
         """What the active segment, all of it, is to end in."""
         part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
         config = self._active.config
-        if end is SegmentEnd.STAGING_POSE:
-            return staging_on(part, goal, config.staging)
+        if s.task.whole.target is not None:
+            return s.task.whole.target(part, goal)
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
@@ -165,7 +165,7 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     next, or, within `CUSP_SHIFT` of the tolerance, the one that comes nearest to that. A body exactly at the
     cusp may reach over a boundary that acts only from the change on.
     """
-    margin, index = config.footprint.margin, segment.index
+    margin, index = config.clearance.wanted, segment.index
     if _room([cusp], corridor, index, config)[0] == margin:
         return cusp
     poses = [
@@ -177,7 +177,7 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
 
 def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
     """Clearance (n,) of the body [m] on the part and on the next one, as far as the margin counts it."""
-    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.footprint.margin
+    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.clearance.wanted
     both = [clearances(at, corridor, part, config.vehicle, margin) for part in (index, index + 1)]
     room: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
     return room

@@ -45,6 +45,18 @@ from rti_mpcc.qp.pattern import (
 )
 from rti_mpcc.types import Array
 
+CHANGE_WEIGHT = 1e-6
+"""On every change, in scaled units of variables and cost."""
+IDLE_WEIGHT = 1e-2
+"""On the change of progress where no Frenet cost acts on it: it just goes on as planned."""
+ROW_SCALING_FROM = 0.02
+"""An inequality farther from its bound than this, in units of its row, counts in proportion to that: k times
+less at a distance of k times this. A plan whose shape costs little would be held by bounds that are far off
+for hundreds of iterations (docs/decisions, 4). A row that does come to act from afar takes long: with a first
+guess none is scaled down."""
+ROW_SCALING_MOST = 1e4
+"""Largest k, for bounds at infinity."""
+
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
 
@@ -54,7 +66,7 @@ class QpValues:
 
     Attributes:
         cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
-        row_scaling: (m,) so many of its units a row counts in, see `SolverSettings.row_scaling_from`.
+        row_scaling: (m,) so many of its units a row counts in, see `ROW_SCALING_FROM`.
         ..._by: the same arrays, block by block.
     """
 
@@ -87,7 +99,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
         upper_by=pattern.rows(upper),
         row_scaling_by=pattern.rows(row_scaling),
     )
-    values.cost[pattern.cost.groups["slacks"]] = pattern.settings.change_weight
+    values.cost[pattern.cost.groups["slacks"]] = CHANGE_WEIGHT
     values.lower_by.slack[:] = 0.0
     # The solver is told from the start which rows are equations, and which have bounds at all.
     values.lower_by.dynamics[:] = values.upper_by.dynamics[:] = 0.0
@@ -112,15 +124,13 @@ def fill_cost(
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
     """
-    slots, settings, gradient = pattern.cost, pattern.settings, values.gradient_by
-    groups, scales = slots.groups, slots.scales
-    change, idle = settings.change_weight, settings.idle_weight
+    gradient, groups, scales = values.gradient_by, pattern.cost.groups, pattern.cost.scales
     idles = _fill_state_cost(
-        cost.state_hessian, cost.state_gradient, HESSIAN_PAIRS, scale, damping, change, idle,
+        cost.state_hessian, cost.state_gradient, HESSIAN_PAIRS, scale, damping, CHANGE_WEIGHT, IDLE_WEIGHT,
         groups["states"], scales["states"], values.cost, gradient.states,
     )  # fmt: skip
     _fill_control_cost(
-        cost.control_hessian, cost.control_gradient, scale, change, idle if idles else 0.0,
+        cost.control_hessian, cost.control_gradient, scale, CHANGE_WEIGHT, IDLE_WEIGHT if idles else 0.0,
         groups["controls"], scales["controls"], values.cost, gradient.controls,
     )  # fmt: skip
     gradient.slack[:] = scale * slack * SLACK_UNIT
@@ -261,12 +271,12 @@ def fill_bounds(
     """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3).
 
     Args:
-        rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
+        rows_scaled: bounds that are far off count less, see `ROW_SCALING_FROM`.
     """
-    settings, slots = pattern.settings, pattern.constraints
+    slots = pattern.constraints
     _fill_bounds(
         bounds.states, bounds.controls, states, controls, BOUNDED, pattern.bound_units,
-        settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0,
+        ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0,
         slots.groups["bounds"], slots.scales["bounds"], values.constraints,
         values.row_scaling_by.bounds, values.lower_by.bounds, values.upper_by.bounds,
     )  # fmt: skip
@@ -337,10 +347,10 @@ def _write_half_planes(
     values: QpValues, pattern: QpPattern, rows: CorridorRows, first: int, rows_scaled: bool
 ) -> None:
     """Rows and slack of the sides from the `first` on, each counting `row_scaling` times less."""
-    settings, slots = pattern.settings, pattern.constraints
+    slots = pattern.constraints
     _fill_half_planes(
         np.ascontiguousarray(rows.slopes), np.ascontiguousarray(rows.lower), first,
-        settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0,
+        ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0,
         slots.groups["half-planes"], slots.scales["half-planes"], values.constraints,
         values.row_scaling_by.corridor, values.lower_by.corridor,
     )  # fmt: skip

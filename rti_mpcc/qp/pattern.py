@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
@@ -34,6 +33,11 @@ CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
 """What one scaled unit of a, delta_dot, theta_dot is."""
 SLACK_UNIT = 0.1
 """What one scaled unit of slack is [m]."""
+
+BOUND_UNIT = 10.0
+"""Bounds on states and controls count in so many of these units. Each row drags on the solver's steps like a
+proximal term, active or not; with small rows those that are far from active hardly do, which makes the
+difference between 400 and 50 iterations (docs/decisions, 4)."""
 
 BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""
@@ -141,12 +145,9 @@ class QpPattern:
 
     Attributes:
         state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
-        dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
-            (N, pieces, sides), slack_rows (N,): constraints.
-        bound_rows: (2, N, 3), state_rows and control_rows.
-        column_units, row_units: what one scaled unit is; bound_units: (2, 3) the same of bounds on states and
-            controls.
-        settings: of the weights on the change and the scaling of rows.
+        dynamics_rows (N+1, 6), bound_rows (2, N, 3) of states and controls, corridor_rows (N, pieces, sides),
+            slack_rows (N,): constraints.
+        column_units: what one scaled unit is; bound_units: (2, 3) the same of bounds on states and controls.
         cost, constraints: the slots of P (upper triangle) and A.
     """
 
@@ -155,52 +156,39 @@ class QpPattern:
     slack_columns: Index
     dynamics_rows: Index
     bound_rows: Index
-    state_rows: Index
-    control_rows: Index
     corridor_rows: Index
     slack_rows: Index
     column_units: Array
-    row_units: Array
     bound_units: Array
-    settings: SolverSettings
     cost: Slots
     constraints: Slots
 
     def columns(self, vector: Array) -> Columns:
         """The blocks of a vector (n,) over the variables, as views."""
-        return Columns(
-            block(vector, self.state_columns),
-            block(vector, self.control_columns),
-            block(vector, self.slack_columns),
-        )
+        blocks = self.state_columns, self.control_columns, self.slack_columns
+        return Columns(*(block(vector, each) for each in blocks))
 
     def rows(self, vector: Array) -> Rows:
         """The blocks of a vector (m,) over the constraints, as views."""
-        return Rows(
-            block(vector, self.dynamics_rows[0]),
-            block(vector, self.dynamics_rows[1:]),
-            block(vector, self.bound_rows),
-            block(vector, self.corridor_rows),
-            block(vector, self.slack_rows),
-        )
+        blocks = self.dynamics_rows[0], self.dynamics_rows[1:], self.bound_rows, self.corridor_rows
+        return Rows(*(block(vector, each) for each in (*blocks, self.slack_rows)))
 
 
-def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings) -> QpPattern:
+def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
     """The pattern for N stages and `sides` half-planes on each of `pieces` pieces."""
     columns = _Counter()
     state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
     slack_columns = columns.take(stages)
     rows = _Counter()
     dynamics_rows, bound_rows = rows.take(stages + 1, STATES), rows.take(2, stages, CONTROLS)
-    (state_rows, control_rows), corridor_rows = bound_rows, rows.take(stages, pieces, sides)
-    slack_rows = rows.take(stages)
+    corridor_rows, slack_rows = rows.take(stages, pieces, sides), rows.take(stages)
 
     column_units = np.empty(columns.count)
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
     column_units[slack_columns] = SLACK_UNIT
-    row_units, unit = np.ones(rows.count), settings.bound_unit
-    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, unit * STATE_UNITS[BOUNDED]
-    row_units[control_rows], row_units[slack_rows] = unit * CONTROL_UNITS, SLACK_UNIT
+    row_units = np.ones(rows.count)
+    row_units[dynamics_rows], row_units[slack_rows] = STATE_UNITS, SLACK_UNIT
+    row_units[bound_rows] = BOUND_UNIT * np.stack([STATE_UNITS[BOUNDED], CONTROL_UNITS])[:, None]
 
     cost = _SlotsBuilder(column_units, column_units, hessian=True)
     cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])
@@ -226,14 +214,10 @@ def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings
         slack_columns=slack_columns,
         dynamics_rows=dynamics_rows,
         bound_rows=bound_rows,
-        state_rows=state_rows,
-        control_rows=control_rows,
         corridor_rows=corridor_rows,
         slack_rows=slack_rows,
         column_units=column_units,
-        row_units=row_units,
         bound_units=row_units[bound_rows[:, 0]],
-        settings=settings,
         cost=cost.build(),
         constraints=a.build(),
     )

@@ -18,7 +18,7 @@ import osqp
 from scipy.sparse import csc_matrix
 
 from geometry.compiled import Array1, Out1, kernel
-from rti_mpcc.config import AdmmSettings, SolverSettings
+from rti_mpcc.config import SolverSettings
 from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.types import Array
@@ -42,6 +42,43 @@ UNFINISHED = frozenset(
 )
 """What a QP is called that has had its iterations and not come to an end."""
 
+
+FINE_TOLERANCE, FINE_ITERATIONS = 1e-6, 6
+"""Tolerance of the first iterations of a QP that goes on from the one before: a shape that costs little
+changes by little from cycle to cycle, and never comes to its best where that is within the tolerance. What is
+not that good by then has to reach `SolverSettings.tolerance`."""
+SLICE_ITERATIONS = 48
+"""So many are done in one go, then the step size is adapted, and it is asked whether to go on. OSQP's own
+time limit stops anywhere, which could not be played back."""
+CHECK_INTERVAL = 6
+"""Iterations between two termination checks."""
+
+
+class Steps(NamedTuple):
+    """How OSQP steps.
+
+    Attributes:
+        rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
+        fine: it is to come to the fine tolerance in its first iterations.
+        rows_scaled: bounds that are far off count less, see `qp.filling.ROW_SCALING_FROM`.
+    """
+
+    rho: float = 0.1
+    over_relaxation: float = 1.6
+    fine: bool = False
+    rows_scaled: bool = False
+
+
+WARM = Steps(over_relaxation=1.0, fine=True, rows_scaled=True)
+"""Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
+settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
+its guess takes 3 (docs/decisions, 4)."""
+COLD = Steps(rho=1.0)
+"""From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
+the fewest with a larger first step."""
+RETRY = Steps(rho=10.0)
+"""Once more from a clean start. What did not come to its end the first time mostly has multipliers at the
+slack's weight, a thousand times the usual ones, to which small steps take too long (docs/decisions, 4)."""
 
 _EXTENSION: Any = osqp.OSQP().ext
 _INFINITY = float(_EXTENSION.OSQP_INFTY)
@@ -134,20 +171,21 @@ def solve_once(
 
 
 class QpSolver:
-    """Holds one OSQP problem of fixed pattern."""
+    """Holds one OSQP problem of fixed pattern; `polish`: for reference solutions."""
 
-    def __init__(self, pattern: QpPattern, settings: SolverSettings) -> None:
+    def __init__(self, pattern: QpPattern, settings: SolverSettings, *, polish: bool = False) -> None:
         self._pattern = pattern
         self._settings = settings
+        self._polish = polish
         self._osqp: Any = None
         self._osqp_settings: Any = None
         self._keeps = False  # something of a QP that it has begun: an iterate, or an adapted step size
-        self._steps = settings.cold
+        self._steps = COLD
         self._most = settings.max_iterations
         rows, _ = pattern.constraints.shape
         self._bounds = (np.empty(rows), np.empty(rows))
 
-    def set_steps(self, steps: AdmmSettings) -> None:
+    def set_steps(self, steps: Steps) -> None:
         """Step so from now on. Others than the last begin with their own step-size parameter."""
         if steps != self._steps:
             self._steps = steps
@@ -176,13 +214,7 @@ class QpSolver:
         )
         return self._refused(error) if error else ""
 
-    def solve(
-        self,
-        values: QpValues,
-        primal: Array,
-        dual: Array,
-        ends: Ends | None = None,
-    ) -> QpSolution:
+    def solve(self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:
@@ -206,8 +238,8 @@ class QpSolver:
             if word:
                 return self._stopped(Stop(word, done), primal, dual, seconds)
             first = self._steps.fine and done == 0
-            most = settings.fine_iterations if first else settings.slice_iterations
-            tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
+            most = FINE_ITERATIONS if first else SLICE_ITERATIONS
+            tolerance = min(FINE_TOLERANCE, settings.tolerance) if first else settings.tolerance
             error = self._slice(min(most, self._most - done), tolerance)
             if error:
                 return self.nothing(self._refused(error), iterations=done, seconds=seconds)
@@ -266,12 +298,12 @@ class QpSolver:
         self._set(
             rho=self._steps.rho,
             alpha=self._steps.over_relaxation,
-            adaptive_rho_interval=settings.slice_iterations,
+            adaptive_rho_interval=SLICE_ITERATIONS,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
-            max_iter=settings.slice_iterations,
-            check_termination=settings.check_interval,
-            polishing=settings.polish,
+            max_iter=SLICE_ITERATIONS,
+            check_termination=CHECK_INTERVAL,
+            polishing=self._polish,
             scaling=0,
             check_dualgap=False,
             warm_starting=True,

@@ -60,6 +60,13 @@ def structured(data: Data, kind: type[T]) -> T:
     return value
 
 
+def prepare(*kinds: Any) -> None:
+    """Generate the code that writes and reads these kinds: the first value would do it in a cycle."""
+    for kind in kinds:
+        _converter.get_unstructure_hook(kind)
+        _converter.get_structure_hook(kind)
+
+
 def as_recorded(value: object, kind: Any, instead: T) -> T:
     """Any value as a recording gives it back, or `instead` if a recording cannot hold it. Never raises."""
     try:

@@ -94,7 +94,7 @@ def _poses(rows: RouteRows) -> Array:
 def plan_figure(name: str, area: Area, manoeuvre: Manoeuvre, config: ControllerConfig) -> Figure:
     """Left the plane: static obstacles, the bodies at start, goal and along the route, coloured by direction.
 
-    Right, over the distance: curvature with its limit, clearance with the margin and the hard minimum. Where
+    Right, over the distance: curvature with its limit, clearance with the wanted and the least clearance. Where
     no route was found the plane stands alone. Legends stand outside the data.
     """
     figure, rows = Figure(layout="constrained"), route_rows(manoeuvre)
@@ -168,12 +168,12 @@ def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, rows: RouteRows, limit: fl
 def _draw_clearance(axes: Axes, rows: RouteRows, area: Area, config: ControllerConfig) -> None:
     clearance = SolidThings.of(area).clearance(_poses(rows), config.vehicle)
     axes.plot(rows["s"], clearance, color=style.BLACK, linewidth=1.2, label="clearance")
-    margin, least = config.route.margin, config.route.hard_minimum
+    margin, least = config.clearance.on_routes, config.clearance.least
     most = min(float(np.max(clearance)), _MOST_SHOWN)
     axes.set_ylim(min(0.0, 1.05 * float(np.min(clearance))), 1.1 * max(most, 2.0 * margin))
     axes.set_ylabel("clearance [m]")
     axes.set_xlabel("distance driven [m]")
-    _finish(axes, rows, (margin, style.GREEN, "margin"), (least, style.RED, "hard minimum"))
+    _finish(axes, rows, (margin, style.GREEN, "wanted clearance"), (least, style.RED, "least clearance"))
 
 
 def _finish(axes: Axes, rows: RouteRows, *limits: tuple[float, str, str]) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
-from rti_mpcc.config import RoutePlanner, Vehicle
+from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.route_planner.priority_queue import pop, push
 
 _AXLE = Body.of([(0.0, 0.0)])
@@ -61,7 +61,7 @@ def disc_of(vehicle: Vehicle) -> float:
 
 
 def cost_to_go(
-    apart: Array, low: Array, cell: float, radius: float, at: tuple[float, float], config: RoutePlanner
+    apart: Array, low: Array, cell: float, radius: float, at: tuple[float, float], config: ControllerConfig
 ) -> Generator[None, None, CostToGo]:
     """The costs to `at`, from distances as `axle_clearances` gives them; slice by slice.
 
@@ -77,9 +77,10 @@ def cost_to_go(
     heap, member = np.empty(8 * apart.size + 1), np.empty(8 * apart.size + 1, np.int64)
     heap[0], member[0], size = 0.0, row * columns + column, 1
     # A cell counts as free if any place in it may be.
-    least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.margin
+    least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.clearance.on_routes
+    closeness = config.route.closeness_cost
     while size > 0:
-        size = _dijkstra(apart, least, near, config.closeness_cost, cell, heap, member, size, _POPS, cost)
+        size = _dijkstra(apart, least, near, closeness, cell, heap, member, size, _POPS, cost)
         yield
     cost.setflags(write=False)
     origin = low.copy()

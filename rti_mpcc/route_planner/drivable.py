@@ -80,7 +80,6 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
         way: (n, 2) as it was found; last: straight piece (1, 2) that it ends with, or none (0, 2).
         kept: what it keeps to where it is made smooth.
     """
-    settings = problem.config.route
     if len(way) == 0:  # the vehicle stands where the last piece begins
         room = yield from _room_along(problem, problem.start, last, last=True)
         return Drivable(way=last, stops=np.zeros(len(last), np.bool_), room=room)
@@ -93,7 +92,7 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
         target = _goal(problem, last, reached) if ends_way else reached
         made = yield from _window(problem, window, at, target, last if ends_way else last[:0], kept)
         whole.append(made)
-        if made.clearance < settings.hard_minimum:
+        if made.clearance < problem.least:
             break
         at = poses_after(at, made.way)[-1]
     return Drivable(
@@ -153,13 +152,13 @@ def _smooth(
 def _smoothing(
     problem: Problem, window: Window, start: Array, target: Array, last: Array, line: Array | None
 ) -> Smoothing:
-    config, settings = problem.config, problem.config.route
+    config, settings, clearance = problem.config, problem.config.route, problem.config.clearance
     radius, way = 1.0 / config.max_curvature, window.way
     terms = SmoothingTerms(
         curvature=CURVATURE_SHARE * config.max_curvature,
         slope=settings.steering_slope,
         wheelbase=config.vehicle.wheelbase,
-        margin=max(settings.margin, settings.hard_minimum + settings.reserve, CHECK),
+        margin=max(clearance.on_routes, clearance.least + settings.reserve, CHECK),
         spacing=_KNOTS * radius,
         piece=_KNOTS * radius / 4.0,
         look=_KNOTS * radius / 2.0,

@@ -145,13 +145,13 @@ def _bends(part: PathPart, config: ControllerConfig) -> Places:
 def _tight(part: PathPart, area: Area, config: ControllerConfig) -> Places:
     """Where the body on the part comes too near to something."""
     theta = part.places(_SPACING)
-    near = _room(part, theta, area, config) < config.route.hard_minimum
+    near = _room(part, theta, area, config) < config.clearance.least
     return _runs(near[1:] | near[:-1], theta)
 
 
 def _room(part: PathPart, theta: Array, area: Area, config: ControllerConfig) -> Array:
     """Distance (n,) [m] from bodies on the part to what stands, as far as it counts."""
-    at, needed = part.reference(theta), config.route.hard_minimum
+    at, needed = part.reference(theta), config.clearance.least
     poses = np.column_stack([at.x, at.y, at.phi])
     apart = area.signed_distances(body_of(config.vehicle), poses, needed + _SPACING)
     found: Array = apart.reshape(len(poses), -1).min(axis=1, initial=inf)
@@ -187,7 +187,7 @@ def _put_in(
         curvature=float(np.abs(given[:, 1]).max()),
         possible=config.max_curvature,
         room=float(_room(part, theta, area, config).min()),
-        needed=config.route.hard_minimum,
+        needed=config.clearance.least,
         aside=None if way is None else _aside(part, span, way),
     )
     return change, given if way is None else way
@@ -195,7 +195,7 @@ def _put_in(
 
 def _collides(part: PathPart, span: tuple[float, float], area: Area, config: ControllerConfig) -> bool:
     least = float(_room(part, np.arange(*span, _SPACING), area, config).min())
-    return least < config.route.hard_minimum
+    return least < config.clearance.least
 
 
 def _span(places: Places, reach: float, least: float, most: float) -> tuple[float, float]:
@@ -239,7 +239,7 @@ def _smoothed(part: PathPart, start: float, end: float, area: Area, config: Cont
         fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
         return driven.way if fits else None
 
-    least, most = config.route.hard_minimum, config.route.margin
+    least, most = config.clearance.least, config.clearance.on_routes
     found = with_room(least)
     if found is None or most <= least:
         return found

@@ -114,21 +114,21 @@ class RoutePlanning:
 
 def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
-    settings, room = problem.config.route, problem.room
+    least, room = problem.least, problem.room
     refused = _refused(problem, room)
     if refused is not None:
         return refused
     if is_there(problem, there):
         return standing(problem, min(room))
     yield
-    near = room[0] < settings.hard_minimum
+    near = room[0] < least
     terms = problem.terms(room[1] if near else min(room))
     begins = (yield from arcs_out(problem, room[0], terms)) if near else Begins.at_start(problem)
     if len(begins.poses) == 0:
         return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0], ", and no arc leads away from it")
     lasts = problem.lasts(terms)
     if len(lasts) == 0:
-        reason = f"there is no straight way of {settings.final_straight} m into the goal"
+        reason = f"there is no straight way of {problem.config.route.final_straight} m into the goal"
         return failed(problem, PlanOutcome.NO_WAY, reason)
     ends = yield from Ends.of(problem, lasts, terms)
     searches = Searches(problem, begins, ends, terms, spent)
@@ -138,7 +138,7 @@ def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Gene
         left = begins.problem_from(problem, at)
         way = yield from _shortened(left, begins.pieces[at], searches.terms, way)
         driven = yield from drivable(left, way, last, Kept(clearance=searches.terms.margin))
-        if driven.clearance >= settings.hard_minimum:
+        if driven.clearance >= least:
             return found(problem, begins.whole(driven, at), searches.nodes)
         searches.reject(driven.clearance)
     return failed(problem, *searches.failure, searches.nodes, searches.nearest)
@@ -150,13 +150,14 @@ def _refused(problem: Problem, room: tuple[float, float]) -> Manoeuvre | None:
     A vehicle that stands nearer to something than the hard minimum may leave, see `leaving`; one that drives
     there may not.
     """
-    settings, stands = problem.config.route, not problem.came.any()
-    if room[0] < (0.0 if stands else settings.hard_minimum):
+    farthest, stands = problem.config.route.farthest, not problem.came.any()
+    least = problem.least
+    if room[0] < (0.0 if stands else least):
         return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0])
-    if room[1] < settings.hard_minimum:
+    if room[1] < least:
         return _too_near(problem, PlanOutcome.GOAL_IN_COLLISION, room[1])
-    if problem.distance > settings.farthest:
-        reason = f"the goal is {problem.distance:.0f} m away, ways are planned up to {settings.farthest:g} m"
+    if problem.distance > farthest:
+        reason = f"the goal is {problem.distance:.0f} m away, ways are planned up to {farthest:g} m"
         return failed(problem, PlanOutcome.GOAL_TOO_FAR, reason)
     return None
 
@@ -167,7 +168,7 @@ def _too_near(problem: Problem, outcome: PlanOutcome, room: float, more: str = "
     said = f"overlaps something by {-room:.3f} m" if room < 0.0 else f"leaves {room:.3f} m"
     reason = (
         f"the body at the {what} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {said}, "
-        f"at least {problem.config.route.hard_minimum} m are kept{more}"
+        f"at least {problem.config.clearance.least} m are kept{more}"
     )
     return failed(problem, outcome, reason)
 

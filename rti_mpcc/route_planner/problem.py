@@ -29,6 +29,8 @@ ARC = 0.16
 """Length of the arcs of the search, in radii of the sharpest bend."""
 OPEN = 0.25
 """Clearance of the body from which on arcs are twice as long, in radii of the sharpest bend."""
+_ROUNDING = 5e-4
+"""An end with this little less than the least clearance has it [m]: a bay as wide as asked for fits."""
 _AROUND = 1.0  # [m] and twice the margin around the body clearances are told
 
 
@@ -44,6 +46,7 @@ class Problem:
         grid: all that is solid, with what is kept out of before the last straight piece; last: all that is
             solid, for that piece; low, high: (2,) corners of the box around where the vehicle may be [m].
         body: of the vehicle; config: its settings.
+        least: clearance that a route keeps everywhere [m], `Clearance.least` but for rounding at the ends.
     """
 
     given: tuple[Pose2, Pose2]
@@ -56,6 +59,7 @@ class Problem:
     high: Array
     body: Body
     config: ControllerConfig
+    least: float
 
     @classmethod
     def of(
@@ -73,7 +77,7 @@ class Problem:
         assert around.boundary is not None
         last = _moved(around.grid, -origin)
         grid = _moved(around.with_obstacles(keep_out).grid, -origin) if keep_out else last
-        return cls(
+        problem = cls(
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
             goal=np.array([goal.x - start.x, goal.y - start.y, goal.phi]),
@@ -84,7 +88,10 @@ class Problem:
             high=around.boundary.max(axis=0) - origin,
             body=body_of(config.vehicle),
             config=config,
+            least=config.clearance.least,
         )
+        narrow = [room - _ROUNDING for room in problem.room if abs(room - problem.least) < _ROUNDING]
+        return replace(problem, least=min(problem.least, *narrow)) if narrow else problem
 
     @property
     def distance(self) -> float:
@@ -94,8 +101,8 @@ class Problem:
     @property
     def within(self) -> float:
         """So far clearances are told [m]."""
-        route = self.config.route
-        return 2.0 * max(route.margin, route.hard_minimum + route.reserve) + _AROUND
+        clearance = self.config.clearance
+        return 2.0 * max(clearance.on_routes, clearance.least + self.config.route.reserve) + _AROUND
 
     @property
     def room(self) -> tuple[float, float]:
@@ -133,12 +140,11 @@ class Problem:
     def terms(self, room: float) -> Terms:
         """What a way costs, and how it is searched, where the ends have so much room [m]."""
         config, vehicle = self.config, self.config.vehicle
-        settings = config.route
+        settings, clearance = config.route, config.clearance
         radius = 1.0 / (SEARCH_SHARE * config.max_curvature)
         length = vehicle.front + vehicle.rear
-        least = min(settings.hard_minimum + settings.reserve, room - CHECK)
-        margin = max(least, settings.hard_minimum)
-        near = max(settings.margin, margin) + 1e-6
+        margin = max(min(self.least + settings.reserve, room - CHECK), self.least)
+        near = max(clearance.on_routes, margin) + 1e-6
         return Terms(
             radius=radius,
             wheelbase=vehicle.wheelbase,
@@ -157,7 +163,7 @@ class Problem:
             weight=1.0,
             finer=1.0,
             fine=1.5 * length,
-            tight=settings.margin,
+            tight=clearance.on_routes,
             more=0.5,
         )
 

@@ -43,15 +43,15 @@ class Ends:
     @classmethod
     def of(cls, problem: Problem, lasts: Array, terms: Terms) -> Generator[None, None, Ends]:
         """Find the estimates, slice by slice."""
-        config, settings, low, high = problem.config, problem.config.route, problem.low, problem.high
+        config, low, high = problem.config, problem.low, problem.high
         cell = max(ARC * terms.radius, sqrt(float(np.prod(high - low)) / _CELLS))
         radius = disc_of(config.vehicle)
-        reach = radius + settings.margin + cell
+        reach = radius + config.clearance.on_routes + cell
         apart = yield from axle_clearances(problem.grid, low, high, cell, reach)
         goals = np.array([problem.before_goal(length) for length in lasts[:, 0]])
-        to_goal = yield from cost_to_go(apart, low, cell, radius, (goals[0, 0], goals[0, 1]), settings)
+        to_goal = yield from cost_to_go(apart, low, cell, radius, (goals[0, 0], goals[0, 1]), config)
         to_start = yield from cost_to_go(
-            apart, low, cell, radius, (problem.start[0], problem.start[1]), settings
+            apart, low, cell, radius, (problem.start[0], problem.start[1]), config
         )
         return cls(goals=goals, lasts=lasts, grids=(to_goal, to_start))
 
@@ -99,7 +99,7 @@ class Searches:
 
     def reject(self, clearance: float) -> None:
         """Go on after a way that leaves so much [m] between the poses that the search looked at."""
-        least = self._problem.config.route.hard_minimum
+        least = self._problem.config.clearance.least
         self._rejected = f"the way found leaves {clearance:.3f} m, at least {least} m are kept"
         self.terms = self.terms._replace(check=_CLOSER * self.terms.check)
 

@@ -10,7 +10,7 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
@@ -46,15 +46,15 @@ def of_stall(
 def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerConfig) -> str:
     """What is too near to the body at a pose, or ""."""
     state, part = np.array([pose.x, pose.y, pose.phi]), s.task.segment.index
-    apart = clearances(state[None], s.area.known, part, config.vehicle, config.caution.hard_minimum)[0]
+    apart = clearances(state[None], s.area.known, part, config.vehicle, config.clearance.least)[0]
     apart[0] += CONTACT_TOLERANCE  # of boundaries, which count later
-    if apart.min() >= config.caution.hard_minimum:
+    if apart.min() >= config.clearance.least:
         return ""
     apart[0] -= CONTACT_TOLERANCE
     room, met = float(apart.min()), met_by(state, s.area, part, config)
     if room < 0.0:
         return f"the body {where} overlaps {met} by {-room:.3f} m"
-    return f"the body {where} is {room:.3f} m from {met}, at least {config.caution.hard_minimum:g} m are kept"
+    return f"the body {where} is {room:.3f} m from {met}, at least {config.clearance.least:g} m are kept"
 
 
 def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
@@ -65,12 +65,12 @@ def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConf
         return ""
     least = int(np.flatnonzero(ahead)[np.argmin(room.walls[ahead])])
     left, at = float(room.walls[least]), float(room.theta[least])
-    if left >= config.footprint.margin:
+    if left >= config.clearance.wanted:
         return ""
     pose = s.task.segment.part.pose(at)
     return (
         f"the boundaries leave {left:.3f} m on either side of the body at ({pose.x:.2f}, {pose.y:.2f}), "
-        f"{at - theta:.2f} m ahead, less than the margin of {config.footprint.margin:g} m"
+        f"{at - theta:.2f} m ahead, less than the margin of {config.clearance.wanted:g} m"
     )
 
 

@@ -1,6 +1,6 @@
 """Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
 
-Clear is a body that is farther than `Caution.hard_minimum` from all obstacles that stand, and from boundaries
+Clear is a body that is farther than `Clearance.least` from all obstacles that stand, and from boundaries
 but for `CONTACT_TOLERANCE`: measurements tremble. A plan that begins nearer to one of them may swing
 the other end of the body out to get away, but must not touch it. That does not set in at once: from less than
 twice that distance a plan may come nearer by as much.
@@ -27,7 +27,7 @@ from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
@@ -59,7 +59,7 @@ class Overlap(NamedTuple):
 
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
     """What the bodies at `states` (n, 6) overlap most; boundaries count from `CONTACT_TOLERANCE` on."""
-    apart = clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
+    apart = clearances(states, surroundings.known, part, config.vehicle, config.clearance.least)
     if not np.count_nonzero(apart < 0.0):
         return None
     depths = -apart
@@ -122,7 +122,7 @@ def _obstacles_met(
     states: Array, corridor: Corridor, part: int, config: ControllerConfig
 ) -> NDArray[np.bool_]:
     """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
-    poses, within = np.ascontiguousarray(states[:, :POSE]), config.caution.hard_minimum
+    poses, within = np.ascontiguousarray(states[:, :POSE]), config.clearance.least
     apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
     met: NDArray[np.bool_] = apart[:, 1:] <= 0.0
     return met
@@ -142,9 +142,7 @@ def distance_to_moving(
     stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in moving:
-        _meets(
-            body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.caution.hard_minimum, near
-        )
+        _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)
     return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 
@@ -249,7 +247,7 @@ def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> N
 
 def stop_clearance(config: ControllerConfig) -> float:
     """Distance that a planned stop keeps from what blocks the route [m], with room to swing out past it."""
-    return SWING_ROOM * config.vehicle.width + config.footprint.margin + CHECK_SPACING
+    return SWING_ROOM * config.vehicle.width + config.clearance.wanted + CHECK_SPACING
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:

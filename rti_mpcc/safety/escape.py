@@ -51,7 +51,7 @@ def _distance_until_free(
     state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
 ) -> float:
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
-    least, reach = config.caution.hard_minimum, LONGEST
+    least, reach = config.clearance.least, LONGEST
     ways = np.linspace(0.0, sign * reach, round(reach / SPACING) + 1)
     states = arc(state, ways, steering, config.vehicle.wheelbase)
     apart = clearances(states, around.known, part, config.vehicle)

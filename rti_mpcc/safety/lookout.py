@@ -66,7 +66,7 @@ def comes_into_view(s: ControllerState, context: PlanningContext, config: Contro
         return False
     reference = s.task.segment.part.reference(np.array([at]))
     pose = np.column_stack([reference.x, reference.y, reference.phi])
-    part, least = s.task.segment.index, config.caution.hard_minimum
+    part, least = s.task.segment.index, config.clearance.least
     apart = s.area.corridor.signed_distances(part, body_of(config.vehicle), pose, least)
     return bool((apart[0, 1:] <= least).any())
 
@@ -87,7 +87,7 @@ def clear_distance_on(
     later: float = 0.0,
 ) -> float:
     """Distance along a plan to where it is not clear of what stands or moves [m], or inf."""
-    least = config.caution.hard_minimum
+    least = config.clearance.least
     return min(
         distance_to_moving(s, plan, config, reach, later),
         distance_to_contact(s, plan, config, reach, least),
@@ -98,7 +98,7 @@ def braking(
     context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
 ) -> Trajectory:
     """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
-    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
     times = stage_times(context.begin, lengths)
     motion = None
     if along is not None:

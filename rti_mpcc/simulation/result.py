@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import Area, Corridor, ReferencePath
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
@@ -190,5 +190,5 @@ class RunResult:
     @property
     def title(self) -> str:
         """The scenario and its preset, with the method where that is not the usual one."""
-        methods = "" if self.method == Method.DYNAMIC.value else f"{self.method}, "
+        methods = "" if self.method == "dynamic" else f"{self.method}, "
         return f"{self.scenario.name} ({methods}{self.preset})"

@@ -15,8 +15,8 @@ from pydantic import Field
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.baselines import with_method
 from rti_mpcc.config import COMFORT_ACCELERATION, ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.paper import with_method
 from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.route_planner.problem import BOX

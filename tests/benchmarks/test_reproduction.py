@@ -24,8 +24,8 @@ from benchmarks.reproduction.verdicts import MISSED
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.ocp.objectives import contouring_weights, sigma
 from rti_mpcc.ocp.targets import TargetKind
+from rti_mpcc.paper.objective import DynamicContouring, sigma
 
 
 def test_outcomes_are_counted() -> None:
@@ -146,11 +146,10 @@ def test_a_peak_is_cut_off_and_told() -> None:
 
 @pytest.mark.parametrize("name", targets())
 def test_schedules_are_the_weights_of_the_controller(name: str) -> None:
-    weights, target = ControllerConfig.paper().weights, targets()[name]
-    theta = np.arange(*SHOWN, 0.5)
-    values = schedule(weights, target, theta)
-    lengths = np.full(len(theta) - 1, weights.stage_length)
-    stages = contouring_weights(weights, target, theta, lengths, cruise_speed=10.0, clip_goal=False)
+    config, target = ControllerConfig.paper(), targets()[name]
+    weights, theta = config.weights, np.arange(*SHOWN, 0.5)
+    values = schedule(config, target, theta)
+    stages = DynamicContouring().weights(config, target, theta, np.ones(len(theta) - 1))
     assert values.lag[:-1] == pytest.approx(stages.lag[:-1])  # the last stage has more
     assert values.contouring == pytest.approx(stages.contouring)
     assert values.progress_reward[:-1] == pytest.approx(stages.progress_reward)
@@ -162,12 +161,12 @@ def test_schedules_are_the_weights_of_the_controller(name: str) -> None:
 
 def test_the_drawn_schedules_are_these_curves() -> None:
     figure = schedules_figure()
-    weights = ControllerConfig.paper().weights
+    config = ControllerConfig.paper()
     for column, target in enumerate(targets().values()):
         for row, field in enumerate(("lag", "contouring", "progress_reward", "goal")):
             line = figure.axes[3 * row + column].lines[0]
             theta = np.asarray(line.get_xdata(), dtype=float)
-            assert line.get_ydata() == pytest.approx(getattr(schedule(weights, target, theta), field))
+            assert line.get_ydata() == pytest.approx(getattr(schedule(config, target, theta), field))
 
 
 def test_references_are_paired_to_their_stages() -> None:

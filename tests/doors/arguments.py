@@ -31,7 +31,6 @@ from rti_mpcc import (
     DriveTo,
     RtiMpcc,
     Segment,
-    SpeedProfile,
     Trajectory,
     Vehicle,
     Wait,
@@ -256,7 +255,7 @@ DOORS: dict[str, Door] = {
         margin=0.1,
         dwell=1.0,
         objective=CONTOURING,
-        final=None,
+        target=None,
         stop=None,
         piece_of=None,
     ),
@@ -266,7 +265,6 @@ DOORS: dict[str, Door] = {
         tolerance=(0.1, 0.1, 0.1),
     ),
     "Segment.limited": door(SEGMENT.limited, config=CONFIG),
-    "SpeedProfile.at_stop": door(SpeedProfile().at_stop, behind=1.0),
     "Straight": door(
         rti_mpcc.Straight, distance=1.0, **STEP, speed=0.2, steering=0.1, tolerance=(0.1, 0.1), until=bool
     ),

@@ -16,7 +16,7 @@ from tests.rti_mpcc.yards import BRISK, START, YARD, Driver, block
 VEHICLE = Vehicle()
 SIDE = 0.5 * VEHICLE.width
 ASIDE = Pose2(14.0, 2.0, 0.0)
-HARD = BRISK.route.hard_minimum
+HARD = BRISK.clearance.least
 
 
 def before(gap: float) -> Any:

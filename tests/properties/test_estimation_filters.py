@@ -170,6 +170,3 @@ def test_estimated_offsets_are_finite_within_their_limits_and_no_less_sure_than_
     assert all(isinstance(now, float) for now in found.stds)
     assert found.stds[0] <= first[0] * (1.0 + 1e-9)
     assert found.stds[1] <= first[1] * (1.0 + 1e-9)
-
-
-# -- the camera ----------------------------------------------------------------------------------------------

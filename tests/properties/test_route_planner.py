@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geometry import Area, Pose2, ReferencePath, wrap
-from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
+from rti_mpcc.config import Clearance, ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.mending import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
@@ -51,16 +51,17 @@ def leads_to_its_goal(made: Manoeuvre) -> bool:
 
 
 @FEWER
-@given(wheelbase=WHEELBASES, hard_minimum=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
-@example(wheelbase=2.875, hard_minimum=0.05)
-@example(wheelbase=0.18, hard_minimum=0.05)
-@example(wheelbase=0.5, hard_minimum=0.2)
-@example(wheelbase=2.875, hard_minimum=1.25)
-@example(wheelbase=2.875, hard_minimum=2.0)
+@given(wheelbase=WHEELBASES, least=st.sampled_from([0.0, 0.05, 0.2, 1.25, 2.0]))
+@example(wheelbase=2.875, least=0.05)
+@example(wheelbase=0.18, least=0.05)
+@example(wheelbase=0.5, least=0.2)
+@example(wheelbase=2.875, least=1.25)
+@example(wheelbase=2.875, least=2.0)
 def test_in_an_empty_yard_there_is_a_route_for_any_vehicle_and_any_margin(
-    wheelbase: float, hard_minimum: float
+    wheelbase: float, least: float
 ) -> None:
-    config = car(wheelbase, RoutePlanner(hard_minimum=hard_minimum))
+    clearance = Clearance(least=least, wanted=max(least, 0.1))
+    config = car(wheelbase, RoutePlanner()).changed(clearance=clearance)
     goal = Pose2(4.0 * wheelbase, 1.0 * wheelbase, 0.3)
     made = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), goal, yard(20.0 * wheelbase + 5.0), config)
     assert made.outcome is PlanOutcome.FOUND, made.reason
@@ -99,9 +100,6 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
     lane = Area(boundary=[(-5.0, -wide), (long, -wide), (long, wide), (-5.0, wide)])
     made = plan_manoeuvre(Pose2(-3.0, 0.0, 0.0), Pose2(0.5, 0.0, 0.0), lane)
     assert made.outcome is PlanOutcome.FOUND, made.reason
-
-
-# -- ways of arcs --------------------------------------------------------------------------------------------
 
 
 # -- repaired paths ------------------------------------------------------------------------------------------

@@ -9,26 +9,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from geometry import Corridor, PathPart, PathReference, lift
+from geometry import Corridor, PathPart, PathReference, Pose2, lift
 from geometry.contacts import Contacts
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
-from rti_mpcc.model.footprint import AXLE, body_of
+from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
+from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
+from rti_mpcc.ocp.room import OUTWARD
+from rti_mpcc.ocp.stage_contacts import NEAR
+from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.paper import PaperObjective
+from rti_mpcc.paper.terms import AXLE, SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
 from rti_mpcc.planning import workspace
 from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE
 from rti_mpcc.qp.filling import (
@@ -46,7 +51,7 @@ from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 
-TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000, check_interval=25, polish=True)
+TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000)
 """OSQP at 1e-8 needs up to 1e5 iterations where several pieces of the body touch one corner of a boundary."""
 
 AT_REST = 1e-5
@@ -167,18 +172,14 @@ class FrozenProblem:
 
     def build_pattern(self) -> QpPattern:
         pieces, sides = (0, 0) if self.planes is None else self.planes.offset.shape[1:]
-        return build_pattern(len(self.lengths), pieces, sides, self.config.solver)
+        return build_pattern(len(self.lengths), pieces, sides)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
-        config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
+        config, wheelbase = self.config, self.config.vehicle.wheelbase
         reference = self.path.reference(states[:, THETA])
-        errors = frenet_errors(states, reference, part.direction)
-        walls = soft_walls(self.walls, states)
         goal = self.frame.pose_in(self.target.pose)
-        cost = quadratic_cost(
-            states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort, config.weights
-        )
+        cost = modelled(states, controls, self.weights, self.part, reference, self.walls, goal, config)
         cost.state_gradient[:, THETA] += self.nearing
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
@@ -186,8 +187,8 @@ class FrozenProblem:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
         if self.planes is not None:
-            footprint = config.footprint.model_copy(update={"near": 1e12})
-            rows = corridor_rows(states[1:, PHI].copy(), self.planes.at(states[1:]), footprint)
+            planes, margin = self.planes.at(states[1:]), config.clearance.wanted
+            rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
             fill_corridor(values, pattern, rows)
         fill_initial(values, self.measured - states[0])
 
@@ -221,7 +222,7 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
     """Repeat full real-time-iteration steps about the last iterate until they come to rest; what a first
     guess is damped by fades, as it does from cycle to cycle."""
     pattern = problem.build_pattern()
-    values, solver = empty_values(pattern), QpSolver(pattern, settings)
+    values, solver = empty_values(pattern), QpSolver(pattern, settings, polish=settings is TIGHT)
     states, controls = problem.states, problem.controls
     dual = np.zeros(pattern.constraints.shape[0])
     primal = np.zeros(pattern.constraints.shape[1])
@@ -281,7 +282,9 @@ class Taker:
                 self, part: PathPart, corridor: Corridor, config: ControllerConfig, **index: Any
             ) -> None:
                 # With the published code's slopes the iteration has no optimum of the cost to come to.
-                super().__init__(part, corridor, config.model_copy(update={"reference_turns": True}), **index)
+                if isinstance(config.objective, PaperObjective):
+                    config = config.changed(objective={"reference_turns": True})
+                super().__init__(part, corridor, config, **index)
                 self.corridor = corridor
 
             def set_obstacles(self, corridor: Corridor) -> None:
@@ -333,16 +336,17 @@ def _freeze(
     measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta)
+    objective = config.objective.on_horizon(options.get("objective", CONTOURING))
+    objective.bound(bounds, target, theta, mpcc.part.direction, config)
     planes, walls = None, None
     world = linear.trajectory.states
     if linear.rows is not None:
-        footprint, body = config.footprint, body_of(config.vehicle, config.footprint.pieces)
-        within = footprint.margin + footprint.near
-        near = corridor.contacts(mpcc.index, body, world[1:, :POSE], within=within, outward=footprint.outward)
+        body, within = body_of(config.vehicle, PIECES), config.clearance.wanted + NEAR
+        near = corridor.contacts(mpcc.index, body, world[1:, :POSE], within=within, outward=OUTWARD)
         planes = FrozenPlanes.of(near, linear.states[1:])
-    if linear.weights.bound_distance.any() or linear.weights.bound_speed.any():
-        reach = max(config.weights.bound_distance_reach, config.weights.bound_speed_reach)
-        near = corridor.contacts(mpcc.index, AXLE, world[:, :POSE], within=reach, outward=0.0)
+    weights = linear.weights
+    if isinstance(weights, PaperWeights) and weights.bound_distance.any():
+        near = corridor.contacts(mpcc.index, AXLE, world[:, :POSE], within=SPEED_REACH, outward=0.0)
         walls = FrozenPlanes.of(near, linear.states)
     return FrozenProblem(
         name=name,
@@ -355,7 +359,7 @@ def _freeze(
         controls=linear.trajectory.controls,
         measured=measured,
         lengths=linear.lengths,
-        weights=replace(linear.weights, by_progress=None),
+        weights=_unchanging(weights),
         nearing=_nearing(mpcc, linear, walls),
         bounds=_widened(bounds, measured, linear.lengths, config),
         planes=planes,
@@ -365,30 +369,49 @@ def _freeze(
     )
 
 
+def modelled(
+    states: Array,
+    controls: Array,
+    weights: StageWeights,
+    part: PathPart,
+    reference: PathReference,
+    walls: FrozenPlanes | None,
+    goal: Pose2,
+    config: ControllerConfig,
+) -> QuadraticCost:
+    """The model of the cost about states (N+1, 6), controls (N, 3), as the package makes it."""
+    errors, wheelbase = frenet_errors(states, reference, part.direction), config.vehicle.wheelbase
+    terms = None
+    if isinstance(weights, PaperWeights):
+        terms = partial(
+            add_paper_terms, states, controls, errors, weights, soft_walls(walls, states), wheelbase
+        )
+    return quadratic_cost(states, controls, weights, errors, goal, wheelbase, config.comfort, terms=terms)
+
+
 def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls | None:
     """The half-planes of the rear axle at `states` (n, 6) as the cost takes them."""
     if walls is None:
         return None
-    near = walls.at(states)
-    distance = np.ascontiguousarray(near.apart[:, 0, :2])
+    distance = np.ascontiguousarray(walls.at(states).apart[:, 0, :2])
     return SoftWalls(distance=distance, normal=np.ascontiguousarray(walls.normal[:, 0, :2]))
+
+
+def _unchanging(weights: StageWeights) -> StageWeights:
+    return replace(weights, by_progress=None) if isinstance(weights, PaperWeights) else weights
 
 
 def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -> Array:
     """The gradient of the cycle's cost in theta, less that of weights that do not change."""
     states, controls = linear.states, linear.trajectory.controls
     reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
-    errors = frenet_errors(states, reference, mpcc.part.direction)
-    near = soft_walls(walls, states)
-    config, goal = mpcc.config, linear.frame.pose_in(mpcc.target.pose)
-    wheelbase = config.vehicle.wheelbase
-    gradients = [
-        quadratic_cost(
-            states, controls, weights, errors, near, goal, wheelbase, config.comfort, config.weights
-        ).state_gradient[:, THETA]
-        for weights in (linear.weights, replace(linear.weights, by_progress=None))
-    ]
-    return gradients[0] - gradients[1]
+    goal = linear.frame.pose_in(mpcc.target.pose)
+    whole, same = (
+        modelled(states, controls, weights, mpcc.part, reference, walls, goal, mpcc.config)
+        for weights in (linear.weights, _unchanging(linear.weights))
+    )
+    gained: Array = (whole.state_gradient - same.state_gradient)[:, THETA]
+    return gained
 
 
 def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: ControllerConfig) -> StageBounds:

@@ -12,8 +12,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from rti_mpcc.config import Weights
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.paper.terms import PaperWeights
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
 from tests.rti_mpcc.frozen import FrozenPlanes, FrozenProblem
@@ -149,51 +149,47 @@ def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, An
 
 def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     w, stages, comfort = problem.weights, len(problem.lengths), problem.config.comfort
-    settings = problem.config.weights
     total: Any = w.slack * ca.sum1(s)
     for k in range(stages + 1):
         total += problem.nearing[k] * (z[THETA, k] - problem.states[k, THETA])
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         lateral = v**2 * tangent / problem.config.vehicle.wheelbase
-        total += w.lateral_acceleration[k] * lateral**2
-        total += w.comfort.lateral_acceleration[k] * _discomfort(
-            lateral, comfort.lateral_acceleration, settings
-        )
+        total += w.comfort.lateral_acceleration[k] * _discomfort(lateral, comfort.lateral_acceleration)
+        if isinstance(w, PaperWeights):
+            total += w.lateral_acceleration[k] * lateral**2
+            for normal, offset, _ in _acting(problem.walls, k, sides=2):
+                distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
+                total += w.bound_distance[k] * ca.fmax(2.0 - distance, 0) ** 2
+                total += w.bound_speed[k] * (v * ca.fmax(2.5 - distance, 0)) ** 2
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
             total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
             total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
             total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
-        for normal, offset, _ in _acting(problem.walls, k, sides=2):
-            distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
-            total += w.bound_distance[k] * ca.fmax(settings.bound_distance_reach - distance, 0) ** 2
-            total += w.bound_speed[k] * (v * ca.fmax(settings.bound_speed_reach - distance, 0)) ** 2
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
         total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
-        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration, settings)
-        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate, settings)
+        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration)
+        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
     return total + _goal_cost(problem, z[:, stages])
 
 
 def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
     w, goal = problem.weights, problem.frame.pose_in(problem.target.pose)
     dx, dy, dphi = last[X] - goal.x, last[Y] - goal.y, last[PHI] - goal.phi
-    speed, clip = w.goal_speed * last[V] ** 2, problem.config.weights.goal_clip
+    speed, clip = w.goal_speed * last[V] ** 2, (0.5, 0.3)
     if not w.goal_clipped:
         return w.goal[0] * dx**2 + w.goal[1] * dy**2 + w.goal[2] * dphi**2 + speed
     assert w.goal[0] == w.goal[1], "Huber's cost of a distance needs one weight on x and y"
     return w.goal[0] * _huber(dx**2 + dy**2, clip[0]) + w.goal[2] * _huber(dphi**2, clip[1]) + speed
 
 
-def _discomfort(value: Any, most: float, settings: Weights) -> Any:
+def _discomfort(value: Any, most: float) -> Any:
     """Square, beyond the clip linear, of max(0, |value| - most) rounded off by the logarithm."""
-    ease = settings.comfort_ease * most
+    ease = 0.05 * most
     beyond = (ca.fabs(value) - most) / ease
-    return _huber(
-        (ease * (ca.fmax(beyond, 0) + ca.log1p(ca.exp(-ca.fabs(beyond))))) ** 2, settings.comfort_clip
-    )
+    return _huber((ease * (ca.fmax(beyond, 0) + ca.log1p(ca.exp(-ca.fabs(beyond))))) ** 2, 0.1)
 
 
 def _huber(square: Any, clip: float) -> Any:
@@ -223,7 +219,7 @@ def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, A
         for normal, offset, point in _acting(problem.planes, k):
             x = z[X, k + 1] + c * point[0] - sine * point[1]
             y = z[Y, k + 1] + sine * point[0] + c * point[1]
-            above.append(normal[0] * x + normal[1] * y - offset - config.footprint.margin + s[k])
+            above.append(normal[0] * x + normal[1] * y - offset - config.clearance.wanted + s[k])
     zeros = np.zeros(STATES * stages + len(above))
     upper = np.concatenate([np.zeros(STATES * stages), np.full(len(above), np.inf)])
     return ca.vertcat(*equal, *above), zeros, upper

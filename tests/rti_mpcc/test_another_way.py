@@ -8,12 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
-from rti_mpcc.report.ride import Observer, ride_of_run
-from rti_mpcc.report.scene import Scene
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -24,7 +21,7 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
-from rti_mpcc.types import Reason, Status, VehicleState
+from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.docking_runs import drive, present, straight, wall
 
 LENGTH, ASIDE = 20.0, 0.6
@@ -159,35 +156,3 @@ def test_the_controller_tells_of_its_other_way(left: DockingController) -> None:
     assert left.path.parts[0] is manoeuvre.segments[0].part
     assert left.corridor.area is not None
     assert left.planning_seconds > 0.0
-
-
-def test_the_reason_says_why_it_is_planned() -> None:
-    scenario = beside_a_wall(1)
-    first = next(command.diagnostics for _, command in drive(scenario, 0.1))
-    assert first.cause is Reason.PLANS_WAY
-    assert "planning a way: the first plan misses the goal" in first.reason
-
-
-def test_clearance_is_told_by_the_whole_corridor_once_it_has_left_its_path() -> None:
-    """The same body is outside of the last part, which no longer acts, and inside of an earlier one."""
-    result = simulate(beside_a_wall(1))
-    begin, path = result.paths[1]
-    assert begin > 0.0
-    assert result.given_path is result.paths[0][1]
-    assert path is not result.given_path
-    assert np.isfinite(summary(result)["min_clearance_m"])
-
-
-def test_a_scene_shows_the_planned_route_once_the_path_was_left() -> None:
-    scenario = beside_a_wall(1, **{"simulation.duration": 4.0})
-    observer = Observer(docking_controller(scenario))
-    result = simulate(scenario, controller=observer)
-    ride = ride_of_run(result, observer.moments)
-    assert ride.path is result.given_path
-    assert ride.corridor is not None
-    scene = Scene(Figure().add_subplot(), ride)
-    scene.show(0)
-    assert len(scene.route.get_segments()) == 0
-    scene.show(len(ride.moments) - 1)
-    assert len(scene.route.get_segments()) == len(result.path.parts)
-    assert len(scene.walls.get_segments()) == sum(map(len, ride.corridor.lines(0)))

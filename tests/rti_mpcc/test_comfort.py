@@ -55,7 +55,7 @@ def test_the_time_asked_for_is_taken(seconds: float) -> None:
 def test_a_time_that_cannot_be_is_told_before_the_run() -> None:
     with pytest.raises(ScenarioError, match=r"docking_time = 1\.0 s: within the limits docking here takes"):
         changed(short(), {"controller.docking_time": 1.0})
-    with pytest.raises(ConfigError, match="arrival = False"):
+    with pytest.raises(ConfigError, match="only planned arrivals have a time"):
         simulate(changed(short(), {"controller.docking_time": 20.0}), preset="paper")
 
 

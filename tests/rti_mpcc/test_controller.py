@@ -14,9 +14,12 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import ArrivalAtRest
+from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest
+from rti_mpcc.ocp.targets import TargetKind
+from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.qp.solver import COLD
 from rti_mpcc.types import Array, Trajectory
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
@@ -44,26 +47,28 @@ def at(mpcc: RtiMpcc, theta: float, *, v: float = 0.0, delta: float = 0.0, left:
 def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> Solution:
     """Iterate a planned arrival from a first guess until it hardly moves any more."""
     config = mpcc.config
-    times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages, config.fine_stage))
+    times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     distance = mpcc.target.theta - state[THETA]
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, distance, pace_of(mpcc.part, config), config)
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
 
-def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:
+def guessed(mpcc: RtiMpcc, state: Array) -> Trajectory:
+    """The first guess of a cruise."""
     config = mpcc.config
-    times = stage_times(
-        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
-    )
-    guess = cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
-    return repeat(mpcc, state, guess, iterations, **options)
+    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    return cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
+
+
+def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:
+    return repeat(mpcc, state, guessed(mpcc, state), iterations, **options)
 
 
 def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **options: Any) -> Solution:
     mpcc.prepare(0.0, plan=guess, damping=DAMPING, **options)
     solution = mpcc.feedback(state, 0.0)
     for _ in range(iterations - 1):
-        mpcc.prepare(0.0, last=solution, damping=DAMPING, steps=mpcc.config.solver.cold, **options)
+        mpcc.prepare(0.0, last=solution, damping=DAMPING, steps=COLD, **options)
         solution = mpcc.feedback(state, 0.0)
     assert solution.solved, solution.status
     return solution
@@ -90,7 +95,7 @@ def test_a_straight_arrival_is_the_cubic_of_least_acceleration() -> None:
     mpcc = core([(1, 0.0, 30.0)], comfort_acceleration=1.0)
     solution = arrive(mpcc, at(mpcc, 0.0), 20.0)
     distance, span, weights = 30.0, 20.0, mpcc.config.weights
-    r = weights.acceleration / weights.stage_length
+    r = weights.acceleration / STAGE_LENGTH
     q, p = weights.arrival_pose, weights.arrival_speed
     # v_T = f T²/2 + g T and x_T = f T³/3 + g T²/2
     lines = [[r + q * span**3 / 3.0, q * span**2 / 2.0], [p * span**2 / 2.0, r + p * span]]
@@ -100,13 +105,16 @@ def test_a_straight_arrival_is_the_cubic_of_least_acceleration() -> None:
     np.testing.assert_allclose(solution.trajectory.states[:, DELTA], 0.0, atol=1e-4)
 
 
-def test_a_cruise_gains_progress_and_keeps_to_the_path() -> None:
-    mpcc = core([(1, 0.0, 20.0), (1, 0.05, 200.0)], stages=70, weights=Weights(contouring=100.0))
-    plan = cruise(mpcc, at(mpcc, 5.0, v=2.0)).trajectory
-    assert plan.states[-1, THETA] > 25.0
-    reference = mpcc.part.reference(plan.states[:, THETA])
-    assert np.hypot(plan.states[:, X] - reference.x, plan.states[:, Y] - reference.y).max() < 0.5
-    assert plan.states[:, V].max() <= mpcc.config.limits.speed + 1e-3
+def limited(**limits: float) -> Limits:
+    return Limits(**{**Limits().model_dump(), **limits})
+
+
+def test_speed_limit_with_and_without() -> None:
+    for limit in (1.5, 10.0):
+        weights = Weights(virtual_speed=0.0)
+        mpcc = core([(1, 0.0, 300.0)], weights=weights, limits=limited(speed=limit))
+        speed = cruise(mpcc, at(mpcc, 5.0, v=1.0)).trajectory.states[:, V].max()
+        assert speed == pytest.approx(limit, abs=1e-3) if limit < 2.0 else speed > 3.0
 
 
 def test_a_cruise_keeps_to_the_comfort_acceleration() -> None:
@@ -136,54 +144,44 @@ def test_in_a_bend_an_arrival_keeps_to_the_comfort_of_load_and_steering(directio
 
 
 @pytest.mark.parametrize(
-    ("name", "tight", "wide", "reached", "aside", "start", "seconds"),
+    ("name", "values", "free", "aside", "theta", "quantity"),
     [
-        ("acceleration", 0.6, 5.0, 0.8, 0.0, 0.0, 8.0),
-        ("steering", 0.25, 0.6, 0.3, 3.0, 6.0, 15.0),
-        ("steering_rate", 0.06, 1.0, 0.08, 2.0, 8.0, 15.0),
+        ("steering", (0.25, 0.6), 0.3, 3.0, 6.0, lambda plan: plan.states[:, DELTA]),
+        ("steering_rate", (0.06, 1.0), 0.08, 2.0, 8.0, lambda plan: plan.controls[:, DELTA_DOT]),
     ],
 )
-def test_a_limit_of_an_arrival_with_and_without(
-    name: str, tight: float, wide: float, reached: float, aside: float, start: float, seconds: float
+def test_steering_limits_with_and_without(
+    name: str, values: tuple[float, float], free: float, aside: float, theta: float, quantity: Any
 ) -> None:
-    for limit in (tight, wide):
-        length = 12.0 if name == "acceleration" else 20.0
-        comfort = {"comfort_acceleration": limit} if name == "acceleration" else {}
-        mpcc = core([(1, 0.0, length)], limits=Limits(**{name: limit}), **comfort)
+    for limit in values:
+        mpcc = core([(1, 0.0, 20.0)], limits=limited(**{name: limit}))
         mpcc.set_goal(mpcc.part.last.compose(Pose2(0.0, aside, 0.0)))
-        plan = arrive(mpcc, at(mpcc, start), seconds, 15).trajectory
-        columns = {
-            "acceleration": plan.controls[:, A],
-            "steering": plan.states[:, DELTA],
-            "steering_rate": plan.controls[:, DELTA_DOT],
-        }
-        most = np.abs(columns[name]).max()
-        assert most == pytest.approx(limit, abs=1e-3) if limit == tight else most > reached
+        largest = np.abs(quantity(arrive(mpcc, at(mpcc, theta), 15.0, 15).trajectory)).max()
+        assert largest == pytest.approx(limit, abs=1e-3) if limit == values[0] else largest > free
 
 
-@pytest.mark.parametrize(("limit", "reached"), [(1.5, 1.5), (10.0, 3.0)])
-def test_the_speed_limit_of_a_cruise(limit: float, reached: float) -> None:
-    weights = Weights(virtual_speed=0.0)
-    mpcc = core([(1, 0.0, 300.0)], weights=weights, limits=Limits(speed=limit))
-    speed = cruise(mpcc, at(mpcc, 5.0, v=1.0)).trajectory.states[:, V].max()
-    assert speed == pytest.approx(limit, abs=1e-3) if limit < 2.0 else speed > reached
-
-
-def lowest_gap(mpcc: RtiMpcc, corridor: Corridor, plan: Trajectory) -> float:
-    return float(corridor.clearance(0, body_polygons(plan.states, mpcc.config.vehicle)).min())
+def test_only_an_objective_that_leaves_the_path_drives_both_ways() -> None:
+    """A goal 1 m behind the vehicle is reached in reverse by that alone."""
+    for objective, both in ((ArrivalAtRest(8.0), False), (CartesianPose(), True)):
+        mpcc = core([(1, 0.0, 20.0)])
+        mpcc.set_goal(mpcc.part.pose(15.0))
+        state = at(mpcc, 16.0)
+        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30, 0.1))
+        plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
+        arrived = repeat(mpcc, state, plan, 8, objective=objective)
+        slowest = arrived.trajectory.states[:, V].min()
+        assert slowest < -0.1 if both else slowest == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_corridor_rows_with_and_without(side: float) -> None:
-    """A goal that lies too far to the side is not reached through the boundary."""
-    for rows in (True, False):
-        mpcc = core([(1, 0.0, 30.0)], width=2.0, corridor_rows=rows)
-        path = ReferencePath.from_segments(Pose2(1.0, 2.0, 0.5), [(1, 0.0, 30.0)])
-        corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
-        mpcc.set_goal(mpcc.part.pose(22.0).compose(Pose2(0.0, 1.5 * side, 0.0)))
-        solution = arrive(mpcc, at(mpcc, 2.0), 20.0, 15)
-        gap = lowest_gap(mpcc, corridor, solution.trajectory)
-        assert gap > mpcc.config.footprint.margin - 0.01 if rows else gap < -0.3
+def test_a_goal_that_lies_too_far_to_the_side_is_not_reached_through_the_boundary(side: float) -> None:
+    mpcc = core([(1, 0.0, 30.0)], width=2.0)
+    path = ReferencePath.from_segments(Pose2(1.0, 2.0, 0.5), [(1, 0.0, 30.0)])
+    corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
+    mpcc.set_goal(mpcc.part.pose(22.0).compose(Pose2(0.0, 1.5 * side, 0.0)))
+    plan = arrive(mpcc, at(mpcc, 2.0), 20.0, 15).trajectory
+    gap = float(corridor.clearance(0, body_polygons(plan.states, mpcc.config.vehicle)).min())
+    assert gap > mpcc.config.clearance.wanted - 0.01
 
 
 def test_an_obstacle_is_passed_with_and_without() -> None:
@@ -200,19 +198,12 @@ def test_an_obstacle_is_passed_with_and_without() -> None:
 
 
 def test_a_measured_state_outside_the_limits_is_admitted_and_returns() -> None:
-    mpcc = core([(1, 0.0, 60.0)], limits=Limits(speed=2.0, steering=0.4))
-    guess_from = at(mpcc, 5.0, v=2.0)
-    config = mpcc.config
-    times = stage_times(
-        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
-    )
-    pace = pace_of(mpcc.part, config)
-    mpcc.prepare(0.0, plan=cruise_guess(mpcc.part, mpcc.target, guess_from, times, pace, config))
+    mpcc = core([(1, 0.0, 60.0)], limits=limited(speed=2.0, steering=0.4))
+    mpcc.prepare(0.0, plan=guessed(mpcc, at(mpcc, 5.0, v=2.0)))
     solution = mpcc.feedback(at(mpcc, 5.0, v=2.3, delta=-0.43), 0.0)
     assert solution.solved
     states = solution.trajectory.states
-    assert states[0, V] == pytest.approx(2.3, abs=1e-4)
-    assert states[0, DELTA] == pytest.approx(-0.43, abs=1e-4)
+    assert states[0, [V, DELTA]] == pytest.approx([2.3, -0.43], abs=1e-4)
     assert states[-1, V] <= 2.0 + 1e-3
     assert states[-1, DELTA] >= -0.4 - 1e-3
 
@@ -246,18 +237,47 @@ def test_the_plan_shifts_by_any_cycle(cycle: float) -> None:
 
 
 def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> None:
-    mpcc = core(solver=SolverSettings(tolerance=1e-9, max_iterations=1, check_interval=1))
-    state, config = at(mpcc, 3.0, v=1.0), mpcc.config
-    times = stage_times(
-        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
-    )
-    guess = cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
-    linear = mpcc.prepare(0.0, plan=guess)
+    mpcc = core(solver=SolverSettings(tolerance=1e-9, max_iterations=1))
+    state = at(mpcc, 3.0, v=1.0)
+    linear = mpcc.prepare(0.0, plan=guessed(mpcc, state))
     solution = mpcc.feedback(state, 0.0)
     assert not solution.solved
     assert solution.status
     np.testing.assert_allclose(solution.trajectory.states, linear.trajectory.states, atol=1e-12)
     np.testing.assert_array_equal(solution.trajectory.controls, linear.trajectory.controls)
+
+
+def test_numbers_that_are_no_numbers_are_refused_and_the_next_cycle_works() -> None:
+    mpcc = core()
+    state = at(mpcc, 3.0, v=1.0)
+    good = cruise(mpcc, state, 3)
+    mpcc.prepare(0.0, last=good, damping=DAMPING)
+    expected = mpcc.feedback(state, 0.0)
+    for quantity in (X, V, THETA):
+        spoilt = state.copy()
+        spoilt[quantity] = np.nan
+        mpcc.prepare(0.0, last=good)
+        refused = mpcc.feedback(spoilt, 0.0)
+        assert not refused.solved
+        assert np.isfinite(refused.trajectory.states).all()
+    mpcc.prepare(0.0, last=good, damping=DAMPING)
+    again = mpcc.feedback(state, 0.0)
+    assert again.solved
+    np.testing.assert_allclose(again.trajectory.states, expected.trajectory.states, atol=1e-2)
+
+
+def test_the_target_is_the_parts_end_or_a_goal_on_any_branch() -> None:
+    mpcc = core()
+    goal = mpcc.part.pose(20.0).compose(Pose2(0.0, 1.0, 0.2))
+    for turns in (-1, 0, 2):
+        mpcc.set_goal(Pose2(goal.x, goal.y, goal.phi + 2.0 * pi * turns))
+        assert mpcc.target.kind is TargetKind.POSE
+        assert mpcc.target.stop == pytest.approx(20.0)
+        assert mpcc.target.pose.phi == pytest.approx(goal.phi)
+    mpcc.set_goal(mpcc.part.pose(25.0))
+    assert mpcc.target.theta == pytest.approx(25.0)
+    mpcc.set_goal(None)
+    assert (mpcc.target.kind, mpcc.target.pose) == (TargetKind.PATH_END, mpcc.part.last)
 
 
 def test_mirrored_problems_have_mirrored_plans() -> None:

@@ -13,7 +13,6 @@ from rti_mpcc.simulation import (
     RunResult,
     Scenario,
     changed,
-    docking_controller,
     load_scenario,
     scenario_from_dict,
     simulate,
@@ -24,8 +23,6 @@ from tests.rti_mpcc.docking_runs import (
     docking_figures,
     drive,
     short,
-    straight,
-    wall,
 )
 
 
@@ -63,21 +60,6 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["direction_changes"] == 0
     assert found["min_clearance_m"] > 0.05
     assert found["step_at_change_over"] <= 0.15
-
-
-# -- obstacles -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.acceptance
-def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> None:
-    scenario = straight(1, 30.0)
-    outline = wall(scenario.build_path(), 18.0, 2.9)
-    controller = docking_controller(changed(scenario, {"corridor.obstacles": [outline.tolist()]}))
-    behind, before = Pose2(30.0, 0.0, 0.0), Pose2(11.0, 0.0, 0.0)
-    run = drive(scenario, 30.0, controller=controller, goal_at=lambda now: behind if now < 5.0 else before)
-    *_, (plant, command) = run
-    assert command.docked
-    assert abs(plant.x - before.x) <= 0.05
 
 
 # -- the goal --------------------------------------------------------------------------------------------

@@ -82,7 +82,9 @@ def test_a_plan_is_not_driven_from_far_off_it() -> None:
 
         controller = Clocked(docking_controller(short()), clock_at)
         run = list(drive(short(), 8.0, controller=Given(controller, told_from(5.1, turn))))
-        assert Source.BRAKING in {command.source for _, command in during(run, 5.15, 5.4)}
+        ((_, command),) = during(run, 5.1, 5.15)
+        assert command.source is Source.BRAKING
+        assert "contact" not in command.diagnostics.reason
         assert abs(run[-1][0].v) <= 0.02
 
 

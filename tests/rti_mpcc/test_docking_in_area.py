@@ -219,6 +219,21 @@ def test_before_an_obstacle_that_appears_it_stops_and_plans_meanwhile_and_drives
     assert 0.0 < stood.sum() * BRISK.cycle < 6.0  # it does not wait for the route
 
 
+@pytest.mark.parametrize(("appears", "gap"), [(2.0, 4.0), (2.5, 5.0)])
+def test_no_route_is_joined_on_the_move_that_starts_in_reverse_or_with_too_short_a_segment(
+    appears: float, gap: float
+) -> None:
+    """A wall leaves a gap on the left. Braking on such a route took 2.6 to 3.1 m/s²."""
+    wide = Area(boundary=[(-10.0, -9.0), (30.0, -9.0), (30.0, 9.0), (-10.0, 9.0)])
+    goal, wall = Pose2(22.0, 0.0, 0.0), block(9.0, -9.0, 10.0, 9.0 - gap)
+    driver = Driver(
+        area=wide, goal_at=lambda now: goal, obstacles_at=lambda now: [wall] if now >= appears else []
+    )
+    drive = driver.drive(50.0)
+    assert_docked(drive, goal)
+    assert np.abs(drive.commanded()[:, 0]).max() < 1.2 * BRISK.comfort_acceleration
+
+
 def test_what_fills_the_only_way_is_waited_for() -> None:
     comes, goes = 1.5, 9.0
     driver = Driver(area=ROOMS, obstacles_at=lambda now: [DOOR] if comes < now < goes else [])

@@ -21,7 +21,7 @@ LAYERS = (
     "controller",
     "manoeuvre",
     "steps",
-    "baselines",
+    "paper",
     "route_planner",
     "planning",
     "behaviour",

@@ -46,7 +46,7 @@ def test_past_what_fills_one_side_it_bends_to_the_other(distance: float, side: f
     ends = ways_out(START, distance, area, BRISK)
     assert ends
     assert ends[0].y * side < -0.2
-    assert all(clear(end, area) >= BRISK.route.hard_minimum - 0.02 for end in ends)
+    assert all(clear(end, area) >= BRISK.clearance.least - 0.02 for end in ends)
 
 
 @pytest.mark.parametrize("distance", [5.0, -5.0])
@@ -64,7 +64,7 @@ def test_where_all_is_filled_there_is_none(distance: float) -> None:
 @pytest.mark.parametrize("phi", [0.0, 0.3, 1.1, -2.0])
 def test_in_a_narrow_lane_it_is_straight_on(phi: float) -> None:
     """With less room than planned ways keep, which does not become less."""
-    here, gap = Pose2(3.0, -2.0, phi), 0.5 * BRISK.route.margin
+    here, gap = Pose2(3.0, -2.0, phi), 0.5 * BRISK.clearance.on_routes
     lane = []
     for side in (1.0, -1.0):
         corners = [(-9.0, HALF + gap), (9.0, HALF + gap), (9.0, HALF + gap + 3.0), (-9.0, HALF + gap + 3.0)]

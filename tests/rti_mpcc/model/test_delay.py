@@ -60,11 +60,6 @@ def test_nothing_acts_before_the_first_command() -> None:
     assert got[DELTA] == STATE[DELTA]
 
 
-def test_the_last_command_goes_on_acting() -> None:
-    got = roll_forward(STATE, QUEUE[:1], 0.05, 0.45, wheelbase=WHEELBASE, steering=STOP)
-    assert got[V] == pytest.approx(STATE[V] + 0.4 * 0.8)
-
-
 def test_the_steering_does_not_pass_its_stop() -> None:
     state = STATE.copy()
     state[DELTA] = 0.55
@@ -75,11 +70,6 @@ def test_the_steering_does_not_pass_its_stop() -> None:
     back = roll_forward(state, (QueuedCommand(0.0, 0.0, -1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
     assert out[DELTA] == pytest.approx(0.7)
     assert back[DELTA] == pytest.approx(0.5)
-
-
-def test_no_dead_time_changes_nothing() -> None:
-    got = roll_forward(STATE, QUEUE, 0.1, 0.1, wheelbase=WHEELBASE, steering=STOP)
-    np.testing.assert_array_equal(got, STATE)
 
 
 def test_commands_that_another_has_replaced_are_forgotten() -> None:

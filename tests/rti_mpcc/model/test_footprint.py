@@ -86,11 +86,3 @@ def test_distances_to_an_outline_are_those_that_shapely_finds(name: str) -> None
     assert np.maximum(found, 0.0) == pytest.approx(expected, abs=1e-9)
     assert (expected == 0.0).any()
     assert (expected > 0.0).any()
-
-
-def test_the_order_of_an_outline_is_of_no_account() -> None:
-    one, other = Vehicle(outline=FORKS), Vehicle(outline=FORKS[::-1])
-    assert one.outline is not None
-    assert other.outline is not None
-    assert set(one.outline) == set(other.outline)
-    assert all(shapely.Polygon(each.outline).exterior.is_ccw for each in (one, other))

@@ -45,37 +45,3 @@ def test_errors_beside_ahead_of_and_turned_to_the_reference(direction: int) -> N
     assert errors.lag[0] == pytest.approx(lag)
     assert errors.contouring[0] == pytest.approx(left)
     assert errors.heading[0] == pytest.approx(turn)
-
-
-def test_the_error_in_theta_goes_the_other_way_in_reverse() -> None:
-    """A reference that runs ahead leaves the vehicle behind it: paper Eq. 4."""
-    for direction in (1, -1):
-        way = part(direction, 0.0)
-        on_path = way.pose(4.0)
-        state = np.array([[on_path.x, on_path.y, on_path.phi, 0.0, 0.0, 5.0]])
-        lag = frenet_errors(state, way.reference(np.array([5.0])), direction).lag[0]
-        assert lag == pytest.approx(-direction * 1.0)
-
-
-@pytest.mark.parametrize(("direction", "curvature"), ARCS)
-def test_slopes_of_a_reference_that_is_taken_not_to_turn(direction: int, curvature: float) -> None:
-    """Those of the errors to the tangent at each theta; the errors themselves stay."""
-    way, random = part(direction, curvature), np.random.default_rng(4)
-    states = random.uniform(-3.0, 3.0, (20, STATES))
-    states[:, THETA] = random.uniform(0.5, 11.5, 20)
-    reference = way.reference(states[:, THETA])
-    exact = frenet_errors(states, reference, direction)
-    errors = frenet_errors(states, reference, direction, turns=False)
-    np.testing.assert_array_equal(errors.values, exact.values)
-    np.testing.assert_array_equal(errors.slopes[:, :, :THETA], exact.slopes[:, :, :THETA])
-    for k, state in enumerate(states):
-        tangent = ReferencePath.from_segments(way.pose(state[THETA]), [(direction, 0.0, 1.0)]).parts[0]
-        on_tangent = state.copy()
-        on_tangent[THETA] = 0.5
-
-        def all_errors(z: Array, tangent: PathPart = tangent) -> Array:
-            at = frenet_errors(z[None], tangent.reference(z[THETA : THETA + 1]), direction)
-            return np.array([at.lag[0], at.contouring[0], at.heading[0]])
-
-        expected = slopes(all_errors, on_tangent)[:, THETA]
-        np.testing.assert_allclose(errors.slopes[k, :, THETA], expected, atol=1e-7)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from functools import partial
 from math import exp, log, tan
 
 import numpy as np
@@ -8,25 +9,20 @@ import pytest
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from geometry.contacts import ACROSS, ALONG
-from rti_mpcc.config import Comfort, Weights
-from rti_mpcc.model.footprint import AXLE
+from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import (
-    ComfortWeights,
-    StageWeights,
-    WeightSlopes,
-)
-from rti_mpcc.ocp.stage_cost import QuadraticCost, SoftWalls, quadratic_cost
+from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights
+from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, COMFORT_EASE, QuadraticCost, quadratic_cost
+from rti_mpcc.paper.terms import AXLE, PaperWeights, SoftWalls, WeightSlopes, add_paper_terms
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
-N, WHEELBASE = 8, 2.875
-SETTINGS = Weights()
+N, WHEELBASE, WHEELS = 8, 2.875, 0.3
 COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3, jerk=1.0)
 """Some stages of the plan are within it, others beyond it on either side."""
 BLENDED = [field.name for field in fields(WeightSlopes)]
-NOTHING = StageWeights(
+NOTHING = PaperWeights(
     lag=np.zeros(N + 1),
     contouring=np.zeros(N + 1),
     heading=np.zeros(N + 1),
@@ -57,7 +53,7 @@ TERMS = {
         NOTHING, acceleration=U, steering_rate=2.0 * U, virtual_speed=3.0 * U, progress_reward=U
     ),
     "comfort": replace(NOTHING, comfort=ComfortWeights(U, 2.0 * W, 3.0 * U)),
-    "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0),
+    "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0, goal_wheels=6.0),
     "clipped goal": replace(NOTHING, goal=np.array([2.0, 2.0, 4.0]), goal_speed=5.0, goal_clipped=True),
 }
 TERMS["all"] = replace(
@@ -111,23 +107,24 @@ class Setting:
         self.walls = SoftWalls(distance=near.apart[:, 0].copy(), normal=normal)
         self.points = self.states[:, None, :2] - self.walls.distance[..., None] * normal
 
-    def model(self, weights: StageWeights) -> QuadraticCost:
+    def model(self, weights: PaperWeights) -> QuadraticCost:
         reference = self.part.reference(self.states[:, THETA])
         errors = frenet_errors(self.states, reference, self.part.direction)
+        terms = partial(add_paper_terms, self.states, self.controls, errors, weights, self.walls, WHEELBASE)
         return quadratic_cost(
             self.states,
             self.controls,
             weights,
             errors,
-            self.walls,
             self.goal,
             WHEELBASE,
             COMFORT,
-            SETTINGS,
+            wheels=WHEELS,
+            terms=terms,
         )
 
-    def cost(self, states: Array, controls: Array, w: StageWeights) -> float:
-        """Eq. (C1)-(C3) stage by stage, walls as the straight lines that they are near the plan."""
+    def cost(self, states: Array, controls: Array, w: PaperWeights) -> float:
+        """Eq. (C1)-(C4), (W7) stage by stage, walls as the straight lines that they are near the plan."""
         total, w = 0.0, self.blended(w, states[:, THETA])
         for k, (x, y, phi, v, delta, theta) in enumerate(states):
             error = Pose2(x, y, phi).relative_to(self.part.pose(theta))
@@ -148,13 +145,13 @@ class Setting:
             total += w.comfort.steering_rate[k] * discomfort(u[DELTA_DOT], COMFORT.steering_rate)
         last = states[-1]
         dx, dy, turn = last[X] - self.goal.x, last[Y] - self.goal.y, last[PHI] - self.goal.phi
-        total += w.goal_speed * last[V] ** 2
+        total += w.goal_speed * last[V] ** 2 + w.goal_wheels * (last[DELTA] - WHEELS) ** 2
         if not w.goal_clipped:
             return float(total + w.goal @ [dx**2, dy**2, turn**2])
-        along = huber(float(np.hypot(dx, dy)), SETTINGS.goal_clip[0])
-        return float(total + w.goal[0] * along + w.goal[2] * huber(abs(turn), SETTINGS.goal_clip[1]))
+        along = huber(float(np.hypot(dx, dy)), GOAL_CLIP[0])
+        return float(total + w.goal[0] * along + w.goal[2] * huber(abs(turn), GOAL_CLIP[1]))
 
-    def blended(self, w: StageWeights, theta: Array) -> StageWeights:
+    def blended(self, w: PaperWeights, theta: Array) -> PaperWeights:
         """The weights at `theta` (N+1,), where those given are the ones at the plan's own."""
         if w.by_progress is None:
             return w
@@ -164,8 +161,8 @@ class Setting:
 
 
 def discomfort(value: float, most: float) -> float:
-    ease = SETTINGS.comfort_ease * most
-    return huber(ease * log(1.0 + exp((abs(value) - most) / ease)), SETTINGS.comfort_clip)
+    ease = COMFORT_EASE * most
+    return huber(ease * log(1.0 + exp((abs(value) - most) / ease)), COMFORT_CLIP)
 
 
 def huber(size: float, clip: float) -> float:
@@ -227,4 +224,4 @@ def test_the_pull_of_a_clipped_goal_is_bounded() -> None:
     weights = TERMS["clipped goal"]
     near, far = (Setting(1, Pose2(d, 0.0, 0.0)).model(weights).state_gradient[-1] for d in (1e3, 1e6))
     np.testing.assert_allclose(np.hypot(near[X], near[Y]), np.hypot(far[X], far[Y]), rtol=1e-9)
-    assert np.hypot(far[X], far[Y]) == pytest.approx(2.0 * weights.goal[0] * SETTINGS.goal_clip[0])
+    assert np.hypot(far[X], far[Y]) == pytest.approx(2.0 * weights.goal[0] * GOAL_CLIP[0])

@@ -8,15 +8,8 @@ from math import pi
 import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
-from rti_mpcc.ocp.targets import (
-    PROJECTION_REACH,
-    TargetKind,
-    ended_at,
-    goal_on,
-    path_end,
-    staging_on,
-    stop_on,
-)
+from rti_mpcc.ocp.targets import PROJECTION_REACH, TargetKind, ended_at, goal_on, path_end, stop_on
+from rti_mpcc.paper.objective import StagingPose
 
 ROUND = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]
 """It comes past every place of a circle more than once."""
@@ -70,4 +63,4 @@ def test_a_goal_that_hardly_moves_is_projected_near_its_last_projection(theta: f
 
 def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
     goals = (Pose2(18.0, 1.0, 0.1), Pose2(5.0, 1.0, 0.1), Pose2(23.0, 1.0, 0.1), None)
-    assert [staging_on(part(), goal, 7.0).stop for goal in goals] == pytest.approx([11.0, 0.0, 20.0, 20.0])
+    assert [StagingPose(7.0)(part(), goal).stop for goal in goals] == pytest.approx([11.0, 0.0, 20.0, 20.0])

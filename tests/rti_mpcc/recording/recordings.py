@@ -12,10 +12,9 @@ import numpy as np
 
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
-from rti_mpcc.config import SolverSettings
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.qp.solver import Stop
+from rti_mpcc.qp.solver import SLICE_ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.codec import from_line, to_line
 from rti_mpcc.simulation import docking_controller
@@ -47,7 +46,7 @@ class Moody(CycleClock):
         self._random = random
 
     def stop(self) -> Stop | None:
-        iterations = int(self._random.integers(2)) * SolverSettings().slice_iterations
+        iterations = int(self._random.integers(2)) * SLICE_ITERATIONS
         return Stop("a whim", iterations) if self._random.random() < 0.3 else None
 
     def _grants(self, granted: bool) -> bool:

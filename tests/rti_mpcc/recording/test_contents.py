@@ -16,9 +16,10 @@ import pytest
 from estimation import CharucoBoard
 from geometry import Area, Corridor, Narrowing, PathPart, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController
-from rti_mpcc.config import SolverSettings, SpeedProfile, Vehicle
+from rti_mpcc.config import SolverSettings, Vehicle
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.model.footprint import body_of
+from rti_mpcc.paper import with_method
 from rti_mpcc.recording import Header, Machine, Recorder, read_recording
 from rti_mpcc.recording.contents import Driver, core_of
 from rti_mpcc.steps import AnyStep, Approach, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
@@ -144,7 +145,8 @@ def test_area(boundary: Any, shift: float, tmp_path: Path) -> None:
         ControllerConfig(),
         ControllerConfig.paper(cycle=0.07),
         ControllerConfig.paper_printed(),
-        ControllerConfig(deadline=0.1 + 0.2, speed_profile=SpeedProfile()),
+        ControllerConfig(deadline=0.1 + 0.2),
+        with_method(ControllerConfig(), "separated"),
         ControllerConfig(solver=SolverSettings(tolerance=1 / 3e5)),
     ],
 )

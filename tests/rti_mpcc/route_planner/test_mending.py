@@ -96,7 +96,7 @@ def test_what_is_smooth_keeps_clear_and_else_the_path_stays_and_it_is_said() -> 
             poses = np.vstack([np.column_stack([at.x, at.y, at.phi]) for at in made.path.sample(0.02)])
             body = body_of(CONFIG.vehicle)
             clear = Area(obstacles=obstacles).signed_distances(body, poses, 5.0)
-            assert clear.min() >= CONFIG.route.hard_minimum - 1e-3
+            assert clear.min() >= CONFIG.clearance.least - 1e-3
         else:
             assert made.path is given
             assert {change.aside for change in made.changes} == {None}
@@ -169,7 +169,7 @@ def test_a_path_on_which_the_body_meets_something_is_led_past_it(direction: int)
     assert [part.direction for part in path.parts] == [direction]
     poses = np.vstack([np.column_stack([at.x, at.y, at.phi]) for at in path.sample(0.05)])
     clear = area.signed_distances(body_of(CONFIG.vehicle), poses, 1.0)
-    assert clear.min() >= CONFIG.route.hard_minimum - 1e-3
+    assert clear.min() >= CONFIG.clearance.least - 1e-3
     assert path.max_curvature <= CONFIG.max_curvature
 
 

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from geometry import Area
 from geometry.shape_grid import Body
-from rti_mpcc.config import RoutePlanner
+from rti_mpcc.config import ControllerConfig, RoutePlanner
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
 from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
 from rti_mpcc.route_planner.tree import BRANCHES, NODES, branch_to, rooted, with_room
@@ -101,10 +101,10 @@ def test_clearances_of_the_axle_are_those_of_a_point() -> None:
 @pytest.mark.parametrize("closeness", [0.0, 1.5])
 def test_costs_to_go_are_those_of_dijkstra(closeness: float) -> None:
     apart, low, cell = grid()
-    settings, radius = RoutePlanner(closeness_cost=closeness), 0.8
-    found = whole(cost_to_go(apart, low, cell, radius, (-3.0, 1.0), settings)).cost
+    config, radius = ControllerConfig(route=RoutePlanner(closeness_cost=closeness)), 0.8
+    found = whole(cost_to_go(apart, low, cell, radius, (-3.0, 1.0), config)).cost
     rows, columns = apart.shape
-    least, near = radius - 0.5 * np.sqrt(2.0) * cell, radius + settings.margin
+    least, near = radius - 0.5 * np.sqrt(2.0) * cell, radius + config.clearance.on_routes
     i, j, costs = [], [], []
     for a in range(rows):
         for b in range(columns):

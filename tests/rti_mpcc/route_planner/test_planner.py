@@ -85,8 +85,8 @@ def assert_drivable(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) 
         assert after.part.first.relative_to(before.part.last).within((rounding, rounding, 1e-9))
         assert after.part.start == before.part.end
     least = clearance(manoeuvre, area, config.vehicle)
-    assert least >= settings.hard_minimum - 1e-3
-    assert manoeuvre.clearance == pytest.approx(min(least, 2.0 * settings.margin + 1.0), abs=5e-3)
+    assert least >= CONFIG.clearance.least - 1e-3
+    assert manoeuvre.clearance == pytest.approx(min(least, 2.0 * config.clearance.on_routes + 1.0), abs=5e-3)
     assert min(segment.margin or 0.0 for segment in manoeuvre.segments) == manoeuvre.clearance
     steered = np.array([segment.wheels for segment in manoeuvre.segments])
     first = [atan(config.vehicle.wheelbase * s.part.curvatures[0]) for s in manoeuvre.segments]
@@ -136,7 +136,7 @@ def test_smooth_ways_keep_a_reserve_for_control(number: int) -> None:
     manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config)
     assert_drivable(manoeuvre, area_of(scene), config)
     if len(manoeuvre.segments) == manoeuvre.cusps + 1:
-        assert manoeuvre.clearance >= config.route.hard_minimum + config.route.reserve
+        assert manoeuvre.clearance >= config.clearance.least + config.route.reserve
 
 
 @pytest.mark.acceptance
@@ -256,7 +256,7 @@ def test_nothing_is_lost_far_from_the_origin() -> None:
     manoeuvre = plan_manoeuvre(Pose2(far, far, 0.0), Pose2(far + 14.0, far + 3.0, 0.4), area, CONFIG)
     assert manoeuvre.found
     assert manoeuvre.path.end.relative_to(manoeuvre.goal).within((1e-4, 1e-4, 1e-6))
-    assert clearance(manoeuvre, area, CONFIG.vehicle) >= CONFIG.route.hard_minimum - 1e-3
+    assert clearance(manoeuvre, area, CONFIG.vehicle) >= CONFIG.clearance.least - 1e-3
 
 
 def snapped(points: Any) -> Array:
@@ -367,7 +367,7 @@ def test_a_straight_stretch_that_is_not_free_is_said() -> None:
 def test_the_margin_is_kept_where_there_is_room() -> None:
     box = [(6.0, -0.5), (7.0, -0.5), (7.0, 0.5), (6.0, 0.5)]
     manoeuvre = plan_manoeuvre(START, Pose2(16.0, 0.0, 0.0), Area(boundary=YARD, obstacles=[box]), CONFIG)
-    assert manoeuvre.clearance >= CONFIG.route.margin - 0.02
+    assert manoeuvre.clearance >= CONFIG.clearance.on_routes - 0.02
 
 
 NOT_THERE = [
@@ -442,7 +442,7 @@ def test_the_margin_of_a_segment_is_the_clearance_along_it() -> None:
     for segment in manoeuvre.segments:
         assert segment.margin is not None
         least = clearance(replace(manoeuvre, segments=(segment,)), area, scene.vehicle)
-        assert segment.margin == pytest.approx(min(least, 2.0 * config.route.margin + 1.0), abs=5e-3)
+        assert segment.margin == pytest.approx(min(least, 2.0 * config.clearance.on_routes + 1.0), abs=5e-3)
 
 
 @pytest.mark.parametrize("nodes", [2, 3])

@@ -95,7 +95,7 @@ def test_a_long_way_through_obstacles_is_smooth_where_windows_meet() -> None:
     )
     manoeuvre = plan_manoeuvre(START, Pose2(410.0, 0.0, 0.0), area, CONFIG)
     assert manoeuvre.found
-    assert manoeuvre.clearance >= CONFIG.route.hard_minimum
+    assert manoeuvre.clearance >= CONFIG.clearance.least
     assert (manoeuvre.cusps, len(manoeuvre.segments)) == (0, 1)
     part = manoeuvre.segments[0].part
     middle = 0.5 * (part.knots[1:] + part.knots[:-1])

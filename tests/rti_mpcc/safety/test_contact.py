@@ -6,7 +6,7 @@ import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.config.safety import CONTACT_TOLERANCE
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
@@ -16,7 +16,7 @@ from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig(dead_time=0.18)
-LEAST = CONFIG.caution.hard_minimum
+LEAST = CONFIG.clearance.least
 WALL_AT = 20.0
 
 
@@ -70,7 +70,7 @@ def beside_the_wall(room: float, onwards: float) -> Trajectory:
 
 
 def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_less_noise() -> None:
-    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONTACT_TOLERANCE
+    inside, least = corridor(wall_at=None), CONFIG.clearance.least - CONTACT_TOLERANCE
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
     assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CHECK_SPACING)
@@ -146,7 +146,7 @@ def way_to(walker: Obstacle, plan: Trajectory) -> float:
 def test_what_moves_is_met_where_another_library_says() -> None:
     """Equation (S1), body by body."""
     random, met = np.random.default_rng(8), 0
-    least, limits = CONFIG.caution.hard_minimum, CONFIG.limits
+    least, limits = CONFIG.clearance.least, CONFIG.limits
     for _ in range(40):
         plan = straight_on(0.0, 20.0)
         walker = walking(*random.uniform((4.0, -8.0), (20.0, 8.0)), *random.uniform((0.3, -3.1), (2.0, 3.1)))

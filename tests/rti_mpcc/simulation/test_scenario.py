@@ -11,7 +11,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc import DockingController, DockingMission
-from rti_mpcc.config import RoutePlanner
+from rti_mpcc.config import Clearance
 from rti_mpcc.errors import InputError, ScenarioError
 from rti_mpcc.simulation import (
     Scenario,
@@ -102,7 +102,7 @@ def test_built_in_scenarios(name: str, caplog: pytest.LogCaptureFixture, tmp_pat
         return
     poses = np.array([(p.x, p.y, p.phi) for p in (scenario.start_pose(), scenario.goal_pose())])
     clearance = SolidThings.of(scenario.build_area()).clearance(poses, scenario.vehicle)
-    assert (clearance > RoutePlanner().margin - 0.01).all()
+    assert (clearance > Clearance().on_routes - 0.01).all()
 
 
 def test_they_are_those_of_the_contract() -> None:

@@ -1,0 +1,149 @@
+"""Cost terms of the published code, and what blended weights add to the gradient.
+
+(W7)  q_lat a_lat² + sum over left and right of
+      q_d max(0, 2 m - distance)² + q_v v² max(0, 2.5 m - distance)²,   a_lat = v² tan(delta)/L
+
+for the distance of the rear axle to the boundary. The slopes of weights that are functions of their stage's
+theta, where sigma blends them, are in the gradient: a plan that knows that a reward ends does not hurry where
+hurrying gains nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import tan
+from typing import NamedTuple
+
+import numpy as np
+
+from geometry.compiled import Array1, Array2, Array3, Out2, Out3, kernel
+from geometry.shape_grid import Body
+from rti_mpcc.model.layout import DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
+from rti_mpcc.ocp.objectives import Linearised, StageWeights
+from rti_mpcc.ocp.stage_cost import add_square
+from rti_mpcc.types import Array
+
+AXLE = Body.of([(0.0, 0.0)])
+"""The middle of the rear axle alone."""
+DISTANCE_REACH, SPEED_REACH = 2.0, 2.5
+"""The two terms of a boundary act nearer than this [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeightSlopes:
+    """How the weights that are blended by sigma change with their stage's own progress [1/m], (N+1,) each."""
+
+    contouring: Array
+    heading: Array
+    bound_distance: Array
+    progress_reward: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperWeights(StageWeights):
+    """Weights of stages with those of (W7), (N+1,) each; `by_progress`: their slopes where they are
+    blended."""
+
+    lateral_acceleration: Array
+    bound_distance: Array
+    bound_speed: Array
+    by_progress: WeightSlopes | None = None
+
+
+class SoftWalls(NamedTuple):
+    """Signed distances (N+1, 2) of the rear axle to the left and the right [m], normals (N+1, 2, 2)."""
+
+    distance: Array
+    normal: Array
+
+
+def walls_of(plan: Linearised) -> SoftWalls | None:
+    """Boundaries nearest to the rear axle at stages 0..N, where (W7) has weights on them."""
+    weights = plan.weights
+    assert isinstance(weights, PaperWeights)
+    if not (weights.bound_distance.any() or weights.bound_speed.any()):
+        return None
+    reach = max(DISTANCE_REACH, SPEED_REACH)
+    found = plan.corridor.contacts(plan.index, AXLE, plan.states[:, :POSE], within=reach, outward=0.0)
+    normal = found.normal[:, 0, :2] * np.exp(1j * plan.local[:, PHI])[:, None]
+    return SoftWalls(
+        distance=np.ascontiguousarray(found.apart[:, 0, :2]),
+        normal=normal.view(np.float64).reshape(*normal.shape, 2),
+    )
+
+
+def add_paper_terms(
+    states: Array,
+    controls: Array,
+    errors: FrenetErrors | None,
+    weights: PaperWeights,
+    walls: SoftWalls | None,
+    wheelbase: float,
+    hessian: Array,
+    gradient: Array,
+) -> None:
+    """Add (W7) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
+    distance, normal = walls or SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
+    on_walls = weights.bound_distance, weights.bound_speed
+    _add_terms(
+        states, distance, normal, weights.lateral_acceleration, *on_walls, wheelbase, hessian, gradient
+    )
+    by = weights.by_progress
+    if by is not None and errors is not None:
+        slopes = by.contouring, by.heading, by.progress_reward, by.bound_distance
+        _add_slopes(errors.values, controls, distance, *slopes, gradient)
+
+
+@kernel
+def _add_terms(
+    states: Array2,
+    distances: Array2,
+    normals: Array3,
+    on_lateral: Array1,
+    on_distance: Array1,
+    on_speed: Array1,
+    wheelbase: float,
+    hessian: Out3,
+    gradient: Out2,
+) -> None:
+    """Equation (W7)."""
+    for k in range(len(states)):
+        v, tangent = states[k, V], tan(states[k, DELTA])
+        slopes = np.zeros(STATES)
+        slopes[V] = 2.0 * v * tangent / wheelbase
+        slopes[DELTA] = v * v * (1.0 + tangent * tangent) / wheelbase
+        add_square(hessian, gradient, k, on_lateral[k], v * v * tangent / wheelbase, slopes)
+        for side in range(2):
+            near = max(DISTANCE_REACH - distances[k, side], 0.0)
+            slow = max(SPEED_REACH - distances[k, side], 0.0)
+            slopes[:] = 0.0
+            if near > 0.0:
+                slopes[X], slopes[Y] = -normals[k, side, X], -normals[k, side, Y]
+                add_square(hessian, gradient, k, on_distance[k], near, slopes)
+            if slow > 0.0:
+                slopes[X], slopes[Y] = -normals[k, side, X] * v, -normals[k, side, Y] * v
+                slopes[V] = slow
+                add_square(hessian, gradient, k, on_speed[k], v * slow, slopes)
+
+
+@kernel
+def _add_slopes(
+    errors: Array2,
+    controls: Array2,
+    distances: Array2,
+    contouring: Array1,
+    heading: Array1,
+    progress_reward: Array1,
+    bound_distance: Array1,
+    gradient: Out2,
+) -> None:
+    """What the cost of each stage gains by progress as its weights change with it."""
+    for k in range(len(errors)):
+        gain = contouring[k] * errors[k, CONTOURING] ** 2 + heading[k] * errors[k, HEADING] ** 2
+        if k < len(controls):
+            gain -= progress_reward[k] * controls[k, THETA_DOT]
+        gradient[k, THETA] += gain
+        for side in range(2):
+            near = max(DISTANCE_REACH - distances[k, side], 0.0)
+            gradient[k, THETA] += bound_distance[k] * near**2
