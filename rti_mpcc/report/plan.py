@@ -94,7 +94,7 @@ def _poses(rows: RouteRows) -> Array:
 def plan_figure(name: str, area: Area, manoeuvre: Manoeuvre, config: ControllerConfig) -> Figure:
     """Left the plane: static obstacles, the bodies at start, goal and along the route, coloured by direction.
 
-    Right, over the distance: curvature with its limit, clearance with the wanted and the least clearance. Where
+    Right, over the distance: curvature with its limit, clearance with its wanted and least values. Where
     no route was found the plane stands alone. Legends stand outside the data.
     """
     figure, rows = Figure(layout="constrained"), route_rows(manoeuvre)
