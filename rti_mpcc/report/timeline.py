@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, stds_in
 from rti_mpcc.planning.agenda import StepRecord
@@ -18,7 +18,7 @@ from rti_mpcc.report.axes import BESIDE, entries_once, grid
 from rti_mpcc.report.ride import Ride
 from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.types import MissionResult
+from rti_mpcc.types import Array, MissionResult
 
 MOTION = 4
 """Number of the first rows: speed, steering, acceleration, progress."""
@@ -163,25 +163,28 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
             limit = side * tolerance[column]
             axes.axhline(limit, linestyle="dashdot", **_thin(style.GREY, "goal tolerance"))
         edge = float(reach[column])
-        values = detections[:, column]
-        beyond, places = np.abs(values) > edge, np.clip(values, -0.95 * edge, 0.95 * edge)
-        off: dict[str, Any] = {"": ~beyond, "^": beyond & (values > 0.0), "v": beyond & (values < 0.0)}
-        for kind, name, color, marker in (
-            (accepted, "accepted", style.GREEN, "."),
-            (~accepted, "rejected", style.RED, "x"),
-        ):
-            for symbol, there in off.items():
-                own, label = kind & there, f"{name}, farther off" if symbol else name
-                if own.any():
-                    look: dict[str, Any] = {
-                        "s": 14.0,
-                        "color": color,
-                        "marker": symbol or marker,
-                        "label": label,
-                    }
-                    axes.scatter(stamps[own], places[own], **look)
+        _draw_detections(axes, stamps, detections[:, column], accepted, edge)
         axes.set_ylim(-edge, edge)
         axes.set_ylabel(GOAL_ROWS[column])
+
+
+def _draw_detections(
+    axes: Axes, stamps: Array, values: Array, accepted: NDArray[np.bool_], edge: float
+) -> None:
+    """Detections over time; those beyond the `edge` of the axes are arrows there."""
+    beyond = np.abs(values) > edge
+    places = np.where(beyond, np.clip(values, -0.95 * edge, 0.95 * edge), values)
+    for kind, name, color, marker in (
+        (accepted, "accepted", style.GREEN, "."),
+        (~accepted, "rejected", style.RED, "x"),
+    ):
+        for own, label, symbol in (
+            (kind & ~beyond, name, marker),
+            (kind & beyond & (values > 0.0), f"{name}, farther off", "^"),
+            (kind & beyond & (values < 0.0), f"{name}, farther off", "v"),
+        ):
+            if own.any():
+                axes.scatter(stamps[own], places[own], s=14.0, color=color, marker=symbol, label=label)
 
 
 def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
