@@ -93,7 +93,7 @@ def contact_speed(result: RunResult) -> float | None:
 
 def fault_figures(result: RunResult) -> dict[str, Any]:
     """What is recorded of a run with faults."""
-    last = result.cycles.reason[-1] if result.cycles.reason else ""
+    last = result.cycles.reason[-1] if len(result.cycles) else ""
     ended = {"ended": result.ended, "statuses": statuses(result), "last_reason": last}
     return {**docking_figures(result), **ended}
 
