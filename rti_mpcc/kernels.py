@@ -29,8 +29,6 @@ def make_ready() -> int:
 
         names = track(names, "compiling", total=missing, console=Console(stderr=True), transient=True)
     count = sum(1 for _ in names)
-    if problem := compiled.not_kept():
-        _log.warning("the compiled kernels are not kept, the next process compiles again: %s", problem)
-    else:
+    if not compiled.not_kept():
         _log.info("the compiled kernels are kept in %s", compiled.directory())
     return count

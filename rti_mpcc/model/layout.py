@@ -1,4 +1,7 @@
-"""Where each quantity stands in a state and in a control. No bare column number appears elsewhere."""
+"""Where each quantity stands in a state and in a control. No bare column number appears elsewhere.
+
+Kernels read these numbers (geometry.compiled).
+"""
 
 from __future__ import annotations
 

@@ -27,6 +27,7 @@ from scipy import sparse
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
+# Kernels read these (geometry.compiled).
 STATE_UNITS = np.array([1.0, 1.0, 0.3, 1.0, 0.3, 1.0])
 """What one scaled unit of x, y, phi, v, delta, theta is."""
 CONTROL_UNITS = np.array([0.5, 0.5, 1.0])

@@ -61,7 +61,7 @@ def test_an_unknown_setting_is_refused(make: Callable[..., Any]) -> None:
         ({"footprint": {"margin": 0.1}}, "footprint is not a setting any more, but clearance.wanted"),
         (
             {"caution": {"hard_minimum": 0.1}},
-            "ControllerConfig.caution is not a setting any more, but clearance.least",
+            "caution is not a setting any more, but clearance.least",
         ),
         ({"solver": {"polish": True}}, "polish is not a setting any more, but a constant"),
         ({"weights": {"bound_speed": 20.0}}, "bound_speed is not a setting any more, but a setting of `obj"),

@@ -71,3 +71,11 @@ def test_compiling_is_told_once(missing: list[str], caplog: pytest.LogCaptureFix
     told, then = caplog.messages
     assert told.startswith("compiling 3 kernels, ")
     assert then == f"the compiled kernels are kept in {compiled.directory()}"
+
+
+def test_on_a_terminal_a_bar_shows_how_far_it_is(
+    missing: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert make_ready() == 3
+    assert capsys.readouterr().out == ""
