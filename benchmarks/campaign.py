@@ -18,7 +18,7 @@ from typing import get_args
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
 from rti_mpcc.cli import exit_status
-from rti_mpcc.cli.arguments import seed
+from rti_mpcc.cli.arguments import non_negative
 from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
 from rti_mpcc.config import ControllerConfig, Ride
 from rti_mpcc.paper import METHODS
@@ -40,7 +40,7 @@ def parser() -> argparse.ArgumentParser:
     asked.add_argument("--preset", choices=PRESETS, default="default")
     asked.add_argument("--deadline", type=float, metavar="S", help="of each cycle [s]; default: none")
     asked.add_argument(
-        "--only", type=seed, nargs="+", metavar="I", help="cases that are driven; default: all"
+        "--only", type=non_negative, nargs="+", metavar="I", help="cases that are driven; default: all"
     )
     asked.set_defaults(command=run)
     return asked
@@ -63,7 +63,7 @@ def run(asked: argparse.Namespace) -> int:
         "problems": problems.value,
         **kind,
     }
-    return drive_and_report(cases, settings, asked, asked.out)
+    return drive_and_report(cases, settings, asked, "campaign")
 
 
 if __name__ == "__main__":

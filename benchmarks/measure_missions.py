@@ -20,7 +20,7 @@ from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from rti_mpcc.report.console import progress_bar
 from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.batch import Case, Outcome, drive_all
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive_all
 
 COMMAND = "python -m benchmarks.measure_missions"
 PAGE = ROOT / "docs" / "missions.md"
@@ -72,7 +72,7 @@ def command(options: argparse.Namespace) -> str:
     return " ".join([COMMAND, *(f"--{name} {getattr(options, name)}" for name in drawn)])
 
 
-def row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
+def row(name: str, outcomes: Sequence[DrivenCase]) -> list[str]:
     """The figures of some missions."""
     figures = [outcome.figures for outcome in outcomes]
     if not figures:

@@ -37,7 +37,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.paper.terms import AXLE
 from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, simulate, summary
-from rti_mpcc.simulation.batch import spread
+from rti_mpcc.simulation.batch import in_processes
 from rti_mpcc.types import Array
 
 Question = Literal["time", "energy", "ride"]
@@ -317,9 +317,9 @@ def main() -> None:
     source = origin(f"python -m benchmarks.optimum --seed {asked.seed} --count {asked.count}")
     scenarios = [load_scenario(name) for name in BUILT_IN]
     scenarios += [drawn_course(asked.seed, index) for index in range(asked.count)]
-    runs: list[dict[str, Any] | None] = [None] * len(scenarios)
-    for place, run in spread(partial(measured), scenarios, asked.jobs):
-        runs[place] = run
+    runs: list[dict[str, Any] | None] = []
+    for run in in_processes(partial(measured), scenarios, asked.jobs):
+        runs.append(run)
         print(*_cells(run), sep=" | ", flush=True)
     done = [run for run in runs if run is not None]
     write_json(ROOT / "docs" / "optimum.json", {"origin": source, "runs": done})

@@ -123,7 +123,7 @@ def course_figures(scenario: Scenario) -> dict[str, Any]:
 
 def scene_figures(scenario: Scenario) -> dict[str, Any]:
     """How difficult a scenario in an area is: its vehicle, start to goal, and room around the body there."""
-    vehicle, area = scenario.build_vehicle(), scenario.area
+    vehicle, area = scenario.vehicle, scenario.area
     assert area is not None
     start, goal = scenario.start_pose(), scenario.goal_pose()
     poses = np.array([(pose.x, pose.y, pose.phi) for pose in (start, goal)])

@@ -149,7 +149,7 @@ def _has_room(scenario: Scenario) -> bool:
 def _room(scenario: Scenario, pose: Pose2) -> float:
     """Clearance of the body at a pose in its area [m]."""
     poses = np.array([[pose.x, pose.y, pose.phi]])
-    return float(SolidThings.of(scenario.build_area()).clearance(poses, scenario.build_vehicle())[0])
+    return float(SolidThings.of(scenario.build_area()).clearance(poses, scenario.vehicle)[0])
 
 
 def _number(random: np.random.Generator, low: float, high: float) -> float:

@@ -17,7 +17,7 @@ from benchmarks.reproduction.runs import (
     mission_case,
 )
 from rti_mpcc.cli import exit_status
-from rti_mpcc.cli.arguments import at_least_one, seed
+from rti_mpcc.cli.arguments import at_least_one, non_negative
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.batch import drive_all
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--courses",
-        type=seed,
+        type=non_negative,
         default=24,
         metavar="N",
         help=f"so many courses drawn from seed {COURSE_SEED} besides, each with preset default and paper, "

@@ -14,7 +14,7 @@ from benchmarks.reproduction.runs import DEFAULT, DOCKING, Runs
 from benchmarks.reproduction.verdicts import ENERGIES, came_out, ratio
 from rti_mpcc.report.axes import png
 from rti_mpcc.report.numbers import number
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 
 LATEST = {"docking_inside": 21.4, "docking_behind": 24.0}
 """Time to tolerance that `default` is to keep to [s]."""
@@ -134,7 +134,7 @@ def _least_energy(figures: dict[str, Any], scenario: str) -> float:
     return float(12.0 * min(figures["distance_m"], there) ** 2 / figures["time_to_tolerance_s"] ** 3)
 
 
-def _front(runs: Runs, scenario: str) -> list[Outcome]:
+def _front(runs: Runs, scenario: str) -> list[DrivenCase]:
     """The docked runs over the comfort acceleration alone, fastest first."""
     mine = [
         outcome
@@ -147,7 +147,7 @@ def _front(runs: Runs, scenario: str) -> list[Outcome]:
     )
 
 
-def _reached(scenario: str, front: Sequence[Outcome]) -> str:
+def _reached(scenario: str, front: Sequence[DrivenCase]) -> str:
     published = published_run(scenario, "dynamic")
     assert published is not None
     share = None
@@ -158,7 +158,7 @@ def _reached(scenario: str, front: Sequence[Outcome]) -> str:
     return came_out(claim, holds, "" if share is None else f"{share:.2f}")
 
 
-def _asked(outcome: Outcome) -> dict[str, float]:
+def _asked(outcome: DrivenCase) -> dict[str, float]:
     """What the scenario's [controller] asks for, besides the dead time."""
     section = outcome.case.scenario.controller
     return section.model_dump(exclude={"dead_time", "deadline"}, exclude_none=True)

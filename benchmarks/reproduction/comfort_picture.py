@@ -12,7 +12,7 @@ from benchmarks.reproduction.runs import DOCKING, Runs
 from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 
 SHORTEST = 0.70
 """Share of the published code's time that the front is to reach."""
@@ -24,7 +24,7 @@ LABELS = {
 """Of the axes, by the energy's name."""
 
 
-def front_figure(runs: Runs, fronts: Mapping[str, Sequence[Outcome]]) -> Figure:
+def front_figure(runs: Runs, fronts: Mapping[str, Sequence[DrivenCase]]) -> Figure:
     """A row a scenario, a column an energy; `fronts` by scenario, the fastest run first."""
     figure = Figure(figsize=(10.5, 3.2 * len(fronts)), layout="constrained")
     panels = figure.subplots(len(fronts), len(LABELS), squeeze=False)
@@ -38,7 +38,7 @@ def front_figure(runs: Runs, fronts: Mapping[str, Sequence[Outcome]]) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[Outcome], energy: str) -> None:
+def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[DrivenCase], energy: str) -> None:
     published = published_run(scenario, "dynamic")
     assert published is not None
     times = [outcome.figures["time_to_tolerance_s"] for outcome in front]

@@ -12,7 +12,7 @@ from benchmarks.reproduction.content import Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
 from rti_mpcc.report.numbers import number
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 
 LEFT_OUT = ("docked",)
 """Columns that are left out: how a run ended says it, too."""
@@ -25,7 +25,7 @@ _SAID = (
 )
 
 
-def courses_section(outcomes: Sequence[Outcome]) -> Section:
+def courses_section(outcomes: Sequence[DrivenCase]) -> Section:
     """How many docked, both presets side by side, and one row a run."""
     runs = [course_figures(outcome.result, outcome.figures) for outcome in outcomes]
     presets = list(dict.fromkeys(run["preset"] for run in runs))

@@ -31,7 +31,7 @@ from benchmarks.reproduction.verdicts import (
 from rti_mpcc.report.axes import png
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 
 Figures = Mapping[str, Any]
 COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", ("min_clearance_m",), 2))
@@ -92,7 +92,7 @@ def fastest_told(scenario: str, result: RunResult) -> str:
     return f"`dynamic` drives at up to {here:.2f} m/s here, at up to {there:.2f} m/s in the published code."
 
 
-def _with_status(outcome: Outcome) -> dict[str, Any]:
+def _with_status(outcome: DrivenCase) -> dict[str, Any]:
     return {**outcome.figures, "last_status": outcome.result.cycles.status[-1].value}
 
 
@@ -165,7 +165,7 @@ def _energy_table(published: Figures, here: Figures, beyond: Figures) -> Table:
     )
 
 
-def _pictures(scenario: str, outcomes: Sequence[Outcome], beyond: RunResult) -> list[Picture]:
+def _pictures(scenario: str, outcomes: Sequence[DrivenCase], beyond: RunResult) -> list[Picture]:
     name, results = DOCKING[scenario], [outcome.result for outcome in outcomes]
     figures = [outcome.figures for outcome in outcomes]
     return [

@@ -50,7 +50,8 @@ def plane_figure(results: Sequence[RunResult], figures: Sequence[Mapping[str, An
 
 
 def _draw(axes: Axes, result: RunResult) -> None:
-    draw_boundaries(axes, result.corridors[0][1], result.path)
+    assert result.corridor is not None
+    draw_boundaries(axes, result.corridor, result.path)
     draw_path(axes, result.path)
     truth, vehicle, line = result.truth, result.config.vehicle, looks.look(result.method)
     times = np.arange(truth.times[0], truth.times[-1], BODY_EVERY)
@@ -89,7 +90,8 @@ def _extent(results: Sequence[RunResult]) -> tuple[float, float, float, float]:
         vehicle = result.config.vehicle
         poses = np.concatenate([result.truth.poses[::20], result.truth.poses[-1:], result.truth.goals[-1:]])
         lines.append(body_polygons(poses, vehicle).reshape(-1, 2))
-        lines += boundaries_of(result.corridors[0][1], result.path)
+        assert result.corridor is not None
+        lines += boundaries_of(result.corridor, result.path)
         track = published_track(result.scenario.name, result.method)
         lines += [] if track is None else [track.poses[:, :2]]
     points = np.concatenate(lines)

@@ -24,7 +24,7 @@ from benchmarks.reproduction.verdicts import came_out, error_told, ratio
 from rti_mpcc.report.axes import png
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 
 EXACT = 0.05
 """A method is as exact as another one if it errs by at most so much more [m]."""
@@ -77,7 +77,7 @@ def course_section(runs: Runs) -> Section:
     )
 
 
-def measured(outcome: Outcome, name: str) -> Measured:
+def measured(outcome: DrivenCase, name: str) -> Measured:
     """Errors of a run, and its smoothness farther from cusp and end than beta."""
     result = outcome.result
     apart = result.config.weights.transition_reach
@@ -102,7 +102,7 @@ def _published_row(like: RunResult) -> Measured:
     return Measured(looks.PUBLISHED, run["time_to_tolerance_s"], cusp, end, smooth)
 
 
-def _pictures(outcomes: list[Outcome]) -> list[Picture]:
+def _pictures(outcomes: list[DrivenCase]) -> list[Picture]:
     results = [outcome.result for outcome in outcomes]
     track = published_track(FULL_COURSE, "dynamic")
     assert track is not None

@@ -20,7 +20,7 @@ from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.report.timeline import draw_bands, name_bands
 from rti_mpcc.simulation import RunResult
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import STANDSTILL_SPEED
 from rti_mpcc.simulation.ride import direction_changes, samples_at_rest, spells, turning_points
@@ -69,7 +69,7 @@ class Motion:
     connecting: tuple[float, float] | None
 
 
-def mission_section(outcome: Outcome) -> Section:
+def mission_section(outcome: DrivenCase) -> Section:
     """The section of the mission's run: two figures, two tables, and what comes out."""
     result, figures = outcome.result, outcome.figures
     motion = motion_of(result, figures)

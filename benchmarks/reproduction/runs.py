@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.problems.courses import drawn_course
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import changed, load_scenario
-from rti_mpcc.simulation.batch import Case, Outcome
+from rti_mpcc.simulation.batch import Case, DrivenCase
 
 DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}
 """Scenarios of the paper's Tables II and III, by their names there."""
@@ -36,12 +36,12 @@ class Runs:
     `mission` is the docking mission; None: it was not driven.
     """
 
-    experiments: Sequence[Outcome]
-    comforts: Sequence[Outcome] = ()
-    courses: Sequence[Outcome] = ()
-    mission: Outcome | None = None
+    experiments: Sequence[DrivenCase]
+    comforts: Sequence[DrivenCase] = ()
+    courses: Sequence[DrivenCase] = ()
+    mission: DrivenCase | None = None
 
-    def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> Outcome:
+    def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> DrivenCase:
         """The run of a scenario by a method and preset. Raises InputError if there is none."""
         wanted = (scenario, method, preset)
         for outcome in self.experiments:

@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, plan, docks, compare, campaigns, replay, watch, warm (3.2, 3.4)."""
+"""The command `rti-mpcc`: scenarios, run, plan, docks, compare, campaign, replay, watch, warm."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from collections.abc import Sequence
 
 from geometry import compiled
 from rti_mpcc import __version__
-from rti_mpcc.cli import (
-    campaign,
-    compare,
-    docks,
-    plan,
-    replay,
-    run,
-    watch,
-)
-from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
+from rti_mpcc.cli.arguments import BAD_INPUT, DONE
+from rti_mpcc.cli.campaign import add_campaign
+from rti_mpcc.cli.compare import add_compare
+from rti_mpcc.cli.plan import add_docks, add_plan
+from rti_mpcc.cli.recordings import add_replay, add_watch
+from rti_mpcc.cli.run import add_run
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.report.console import tell_lines, warnings_on_stderr
@@ -33,14 +29,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     or a step of a mission failed for good, or no route was found, or a replay differs; 2: bad input, in one
     message on stderr.
     """
-    return exit_status(_parser(), argv)
+    parser = argparse.ArgumentParser(
+        prog="rti-mpcc", description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
+    )
+    parser.add_argument("--version", action="version", version=f"{parser.prog} {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    commands.add_parser("scenarios", help="list the built-in scenarios").set_defaults(command=_scenarios)
+    for add in (add_run, add_plan, add_docks, add_compare, add_campaign, add_replay, add_watch):
+        add(commands)
+    about = "Compile the kernels that this machine has not compiled yet. Otherwise the first controller of a "
+    about += "process does it, before its first cycle."
+    warm = commands.add_parser("warm", help="compile the kernels now", description=about)
+    warm.set_defaults(command=_warm)
+    return exit_status(parser, argv)
 
 
 def exit_status(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
     """Parse, run what the parser has set as `command`, and turn bad input into one message on stderr."""
     try:
         arguments = parser.parse_args(argv)
-    except SystemExit as leaving:  # argparse has told what is wrong, or printed the help
+    except SystemExit as leaving:  # argparse has printed an error or the help
         return leaving.code if isinstance(leaving.code, int) else BAD_INPUT
     with warnings_on_stderr(parser.prog):
         try:
@@ -48,32 +56,12 @@ def exit_status(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> 
         except RtiMpccError as error:
             return _refuse(parser.prog, str(error))
         except OSError as error:
-            said = f"{error.filename}: {error.strerror}" if error.filename else str(error)
-            return _refuse(parser.prog, said)
+            message = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+            return _refuse(parser.prog, message)
         except KeyboardInterrupt:
             _refuse(parser.prog, "interrupted")
             return _INTERRUPTED
     return status
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="rti-mpcc", description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
-    )
-    parser.add_argument("--version", action="version", version=f"{parser.prog} {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    listing = commands.add_parser("scenarios", help="list the built-in scenarios")
-    listing.set_defaults(command=_scenarios)
-    for module in (run, plan, docks, compare, campaign, replay, watch):
-        module.add_to(commands)
-    warm = commands.add_parser(
-        "warm",
-        help="compile the kernels now",
-        description="Compile the kernels that this machine has not compiled yet. The first controller of a "
-        "process does it otherwise, before its first cycle.",
-    )
-    warm.set_defaults(command=_warm)
-    return parser
 
 
 def _warm(arguments: argparse.Namespace) -> int:
@@ -81,14 +69,13 @@ def _warm(arguments: argparse.Namespace) -> int:
     said = f"compiled {count} kernels" if count else "all kernels are ready"
     where = f"but they are not kept: {problem}" if problem else f"kept in {compiled.directory()}"
     tell_lines([f"{said}, {where}"])
-    return DOCKED
+    return DONE
 
 
 def _scenarios(arguments: argparse.Namespace) -> int:
-    names = builtin_names()
-    width = max(map(len, names))
-    tell_lines([f"{name:{width}}  {load_scenario(name).description}" for name in names])
-    return DOCKED
+    width = max(map(len, builtin_names()))
+    tell_lines([f"{name:{width}}  {load_scenario(name).description}" for name in builtin_names()])
+    return DONE
 
 
 def _refuse(program: str, message: str) -> int:

@@ -1,4 +1,4 @@
-"""What the commands share: exit statuses, options, and the values that an argument may have."""
+"""Exit statuses, and arguments that several commands have."""
 
 from __future__ import annotations
 
@@ -8,22 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from rti_mpcc.paper import METHODS
+from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.scenario import PRESETS
 
-DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
-DONE = 0
-"""Exit status."""
-IDENTICAL, DIFFERENT = 0, 1
-"""Exit status of a replay."""
-FOUND, NOT_FOUND = 0, 1
-"""Exit status of a search for a route."""
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+"""Exit status; 1: not docked, no route found, or a difference."""
 Commands = Any
 """The type that argparse adds commands to; its own name for it is private."""
-SCENARIO: dict[str, Any] = {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"}
-"""Of an argument that names scenarios."""
 
 
-def seed(text: str) -> int:
+def non_negative(text: str) -> int:
     """Raises ArgumentTypeError for anything but an integer >= 0."""
     return _integer(text, 0)
 
@@ -50,6 +44,13 @@ def tolerance(text: str) -> float:
     return value
 
 
+def add_scenario(parser: argparse.ArgumentParser, name: str = "scenario", **options: Any) -> None:
+    """SCENARIO."""
+    parser.add_argument(
+        name, metavar="SCENARIO", help="name of a built-in scenario, or a .toml file", **options
+    )
+
+
 def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
     """`--method METHOD` and `--preset PRESET`."""
     parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: dynamic")
@@ -59,10 +60,23 @@ def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """`--seed N`."""
     told = "random seed for all noise; default: 0"
-    parser.add_argument("--seed", type=seed, default=0, metavar="N", help=told)
+    parser.add_argument("--seed", type=non_negative, default=0, metavar="N", help=told)
 
 
 def add_dump_failed(parser: argparse.ArgumentParser) -> None:
     """`--dump-failed DIR`."""
-    told = "write the QP of each failed cycle there, as .npz"
+    told = "folder for the QP of each failed cycle, as .npz"
     parser.add_argument("--dump-failed", type=Path, metavar="DIR", help=told)
+
+
+def add_folder(parser: argparse.ArgumentParser, usual: str) -> None:
+    """`--out DIR`."""
+    told = f"folder of the written files; default: {usual}"
+    parser.add_argument("--out", type=Path, metavar="DIR", help=told)
+
+
+def writable_folder(asked: Path | None, name: str) -> Path:
+    """The folder that was asked for, or runs/<name>, made and writable. Raises OSError."""
+    folder = Path("runs") / name if asked is None else asked
+    make_writable(folder)
+    return folder

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
 
-from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
+from rti_mpcc.cli.arguments import (
+    DONE,
+    Commands,
+    add_folder,
+    add_scenario,
+    at_least_one,
+    non_negative,
+    writable_folder,
+)
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
-from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
 from rti_mpcc.simulation.variation import PARTS, VariedCase
 
 
-def add_to(commands: Commands) -> None:
-    """Add the command."""
+def add_campaign(commands: Commands) -> None:
+    """Add `campaign`."""
     parser = commands.add_parser(
         "campaign",
         help="drive random variations of a scenario, say how often it docks",
@@ -28,47 +34,38 @@ def add_to(commands: Commands) -> None:
         "DIR/report.json and DIR/report.html, and save the worst cases as scenario files in DIR/worst.",
         epilog="Exit status: 0 all were driven, whatever became of them, 2 bad input or a lost cluster.",
     )
-    parser.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
-    parser.add_argument(
-        "--vary",
-        type=_parts,
-        default=PARTS,
-        metavar="PARTS",
-        help=f"what is varied, some of {','.join(PARTS)}; default: all of them",
-    )
+    add_scenario(parser)
+    parts = f"parts that vary, some of {','.join(PARTS)}; default: all of them"
+    parser.add_argument("--vary", type=_parts, default=PARTS, metavar="PARTS", help=parts)
     add_campaign_options(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: runs/campaign-<name>")
+    add_folder(parser, "runs/campaign-<name>")
     parser.set_defaults(command=_campaign)
 
 
 def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     """How many cases of which seed, and the workers."""
     parser.add_argument("--count", type=at_least_one, required=True, metavar="N", help="number of cases")
-    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed of all that is drawn")
+    told = "random seed for all random values; default: 0"
+    parser.add_argument("--seed", type=non_negative, default=0, metavar="S", help=told)
     workers = parser.add_mutually_exclusive_group()
-    workers.add_argument(
-        "--jobs", type=at_least_one, metavar="K", help="number of processes; default: one a core"
-    )
-    workers.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="of the scheduler of a Dask cluster, such as tcp://host:8786; needs the extra `cluster`",
-    )
-    parser.add_argument(
-        "--worst", type=seed, default=6, metavar="N", help="number of worst cases that are saved; default: 6"
-    )
+    told = "number of processes; default: one a core"
+    workers.add_argument("--jobs", type=at_least_one, metavar="K", help=told)
+    told = "address of a Dask cluster's scheduler, such as tcp://host:8786; needs the extra `cluster`"
+    workers.add_argument("--dask", metavar="ADDRESS", help=told)
+    told = "number of worst cases that are saved; default: 6"
+    parser.add_argument("--worst", type=non_negative, default=6, metavar="N", help=told)
 
 
 def drive_and_report(
-    cases: Sequence[DrawnCase], settings: Mapping[str, Any], asked: argparse.Namespace, folder: Path
+    cases: Sequence[DrawnCase], settings: Mapping[str, Any], asked: argparse.Namespace, name: str
 ) -> int:
-    """Drive the cases by the options of `add_campaign_options`, write, and print; the exit status."""
+    """Drive the cases by the options of `add_campaign_options`, write to --out or runs/<name>, and print."""
     # Not at the top: pandas, matplotlib and scipy.stats take longer to load than other commands need.
     from rti_mpcc.report.campaign import write_report
 
     if len(cases) > MOST:
         raise InputError(f"count = {len(cases)}: must be <= {MOST}")
-    make_writable(folder)
+    folder = writable_folder(asked.out, name)
     with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
         run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=progress)
     table, files = write_report(folder, settings, cases, worst=asked.worst)
@@ -82,12 +79,11 @@ def drive_and_report(
 
 def _campaign(asked: argparse.Namespace) -> int:
     base = load_scenario(asked.scenario)
-    folder = asked.out or Path("runs") / f"campaign-{base.name}"
     drawn = {"vary": asked.vary, "seed": asked.seed}
     cases = [VariedCase(base=base, index=index, **drawn) for index in range(asked.count)]
     settings = {"scenario": asked.scenario, "count": asked.count, **drawn}
     cases[0].scenario()  # what can't be varied is refused before anything is driven
-    return drive_and_report(cases, settings, asked, folder)
+    return drive_and_report(cases, settings, asked, f"campaign-{base.name}")
 
 
 def _parts(text: str) -> tuple[str, ...]:

@@ -6,20 +6,28 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rti_mpcc.cli.arguments import DONE, SCENARIO, Commands, add_seed, at_least_one
+from rti_mpcc.cli.arguments import (
+    DONE,
+    Commands,
+    add_folder,
+    add_scenario,
+    add_seed,
+    at_least_one,
+    writable_folder,
+)
 from rti_mpcc.errors import InputError
 from rti_mpcc.paper import METHODS
-from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
-from rti_mpcc.report.files import make_writable, write_json
+from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
+from rti_mpcc.report.table import compared, comparison_tables, run_label
 from rti_mpcc.simulation import docking_controller, load_scenario
-from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
 
 
-def add_to(commands: Commands) -> None:
-    """Add the command."""
+def add_compare(commands: Commands) -> None:
+    """Add `compare`."""
     parser = commands.add_parser(
         "compare",
         help="run scenarios by several methods and presets, print their figures side by side",
@@ -31,21 +39,19 @@ def add_to(commands: Commands) -> None:
         epilog="By default the paper's three methods, default preset; ratios are to the first method and "
         "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
     )
-    parser.add_argument("scenarios", nargs="+", **SCENARIO)
+    add_scenario(parser, "scenarios", nargs="+")
     several = {"nargs": "+", "metavar": "NAME"}
     usual, one = ["dynamic", "separated", "switched"], ["default"]
     names = ", ".join(METHODS)
     parser.add_argument("--methods", choices=METHODS, default=usual, help=f"some of {names}", **several)
-    parser.add_argument("--presets", choices=PRESETS, default=one, help=f"of {', '.join(PRESETS)}", **several)
+    names = ", ".join(PRESETS)
+    parser.add_argument("--presets", choices=PRESETS, default=one, help=f"some of {names}", **several)
     add_seed(parser)
-    folder = Path("runs/compare")
-    parser.add_argument("--out", type=Path, default=folder, metavar="DIR", help="default: %(default)s")
-    parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
-    parser.add_argument(
-        "--animate",
-        action="store_true",
-        help="also animate each scenario's runs side by side, run one by one",
-    )
+    add_folder(parser, "runs/compare")
+    told = "number of runs at a time; default: one a core"
+    parser.add_argument("--jobs", type=at_least_one, metavar="K", help=told)
+    animated = "also animate each scenario's runs side by side, run one by one"
+    parser.add_argument("--animate", action="store_true", help=animated)
     parser.set_defaults(command=_compare)
 
 
@@ -56,15 +62,15 @@ def _compare(arguments: argparse.Namespace) -> int:
         for preset in dict.fromkeys(arguments.presets)
         for method in dict.fromkeys(arguments.methods)
     ]
-    make_writable(arguments.out)
+    folder = writable_folder(arguments.out, "compare")
     written: list[Path] = []
     with progress_bar("compare", "{task.completed:.0f} runs") as progress:
         if arguments.animate:
-            outcomes, written = _animated(cases, arguments.out, progress)
+            outcomes, written = _animated(cases, folder, progress)
         else:
             outcomes = drive_all(cases, jobs=arguments.jobs, progress=progress)
     figures = compared([outcome.figures for outcome in outcomes])
-    file = arguments.out / "comparison.json"
+    file = folder / "comparison.json"
     write_json(figures, file)
     tell_tables(comparison_tables(figures))
     tell_written([file, *written])
@@ -84,18 +90,17 @@ def _scenarios(asked: Sequence[str]) -> list[Scenario]:
 
 def _animated(
     cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
-) -> tuple[list[Outcome], list[Path]]:
-    """Drive the cases one by one, and write one animation a scenario."""
+) -> tuple[list[DrivenCase], list[Path]]:
     # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
     from rti_mpcc.report.animation import animation_file, write_animation
 
-    outcomes: list[Outcome] = []
+    outcomes: list[DrivenCase] = []
     rides: dict[str, list[Ride]] = {}
     for case in cases:
         observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))
         outcome = drive(case, observer)
         outcomes.append(outcome)
-        ride = ride_of_run(outcome.result, observer.moments, title=label(outcome.figures))
+        ride = ride_of_run(outcome.result, observer.moments, title=run_label(outcome.figures))
         rides.setdefault(case.scenario.name, []).append(ride)
         if progress is not None:
             progress(len(outcomes), len(cases))

@@ -1,4 +1,4 @@
-"""`rti-mpcc plan`: the route of a scenario in an area, without driving it."""
+"""`rti-mpcc plan` and `rti-mpcc docks`: the route of a scenario, or the docks of a file, without driving."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ import argparse
 from pathlib import Path
 
 from rti_mpcc import plan_manoeuvre
-from rti_mpcc.cli.arguments import FOUND, NOT_FOUND, SCENARIO, Commands
+from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_scenario, writable_folder
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.console import tell_lines, tell_tables, tell_written
-from rti_mpcc.report.files import make_writable
-from rti_mpcc.report.table import plan_table
-from rti_mpcc.simulation import load_scenario
+from rti_mpcc.report.table import docks_table, plan_table
+from rti_mpcc.simulation import load_scenario, read_docks
 
 
-def add_to(commands: Commands) -> None:
-    """Add the command."""
+def add_plan(commands: Commands) -> None:
+    """Add `plan`."""
     plan = commands.add_parser(
         "plan",
         help="plan the route of a scenario in an area, without driving it",
@@ -23,8 +22,8 @@ def add_to(commands: Commands) -> None:
         "route.csv, plan.json and plan.png.",
         epilog="Exit status: 0 a route was found, 1 there is none, 2 bad input.",
     )
-    plan.add_argument("scenario", **SCENARIO)
-    plan.add_argument("--out", type=Path, metavar="DIR", help="folder of the files; default: runs/<name>")
+    add_scenario(plan)
+    add_folder(plan, "runs/<name>")
     plan.set_defaults(command=_plan)
 
 
@@ -39,8 +38,7 @@ def _plan(arguments: argparse.Namespace) -> int:
     # Not at the top: matplotlib takes long to load.
     from rti_mpcc.report.plan import no_route, write_plan
 
-    folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
-    make_writable(folder)
+    folder = writable_folder(arguments.out, scenario.name)
     manoeuvre = plan_manoeuvre(scenario.start_pose(), goal, area, config)
     figures, written = write_plan(scenario.name, manoeuvre, area, config, folder)
     if manoeuvre.found:
@@ -48,4 +46,30 @@ def _plan(arguments: argparse.Namespace) -> int:
     else:
         tell_lines([f"{scenario.name}: {line}" for line in no_route(manoeuvre)])
     tell_written(written)
-    return FOUND if manoeuvre.found else NOT_FOUND
+    return DONE if manoeuvre.found else FAILED
+
+
+def add_docks(commands: Commands) -> None:
+    """Add `docks`."""
+    docks = commands.add_parser(
+        "docks",
+        help="check a file of docks and draw them",
+        description="Check a file of docks (TOML), list them, and write docks.png.",
+        epilog="Exit status: 0 all can be used, 2 bad input, with a line for each problem.",
+    )
+    docks.add_argument("file", metavar="FILE", type=Path, help="a .toml file of docks")
+    add_folder(docks, "runs/<file>")
+    docks.set_defaults(command=_docks)
+
+
+def _docks(arguments: argparse.Namespace) -> int:
+    docks, name = read_docks(arguments.file), arguments.file.name
+    picture = writable_folder(arguments.out, arguments.file.stem) / "docks.png"
+    # Not at the top: matplotlib takes long to load.
+    from rti_mpcc.report.axes import save
+    from rti_mpcc.report.docks_figure import docks_figure
+
+    save(docks_figure(name, docks), picture)
+    tell_tables([docks_table(name, docks)])
+    tell_written([picture])
+    return DONE

@@ -9,13 +9,15 @@ from typing import get_args
 
 from rti_mpcc import config
 from rti_mpcc.cli.arguments import (
-    DOCKED,
-    NOT_DOCKED,
-    SCENARIO,
+    DONE,
+    FAILED,
     Commands,
     add_dump_failed,
+    add_folder,
     add_method_and_preset,
+    add_scenario,
     add_seed,
+    writable_folder,
 )
 from rti_mpcc.errors import InputError
 from rti_mpcc.process import prepare_process
@@ -38,9 +40,9 @@ from rti_mpcc.simulation import (
 from rti_mpcc.simulation.goal_feed import source_in
 
 
-def add_to(commands: Commands) -> None:
-    """Add the command."""
-    run = commands.add_parser(
+def add_run(commands: Commands) -> None:
+    """Add `run`."""
+    parser = commands.add_parser(
         "run",
         help="run a scenario, print its figures, write its files",
         description="Run a scenario in closed loop, print its figures, and write summary.json, "
@@ -53,20 +55,14 @@ def add_to(commands: Commands) -> None:
         epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
         "was crossed, or a step failed for good; 2 bad input.",
     )
-    run.add_argument("scenario", **SCENARIO)
-    add_seed(run)
-    add_run_options(run)
-    run.set_defaults(command=lambda arguments: run_scenario(load_scenario(arguments.scenario), arguments))
-
-
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """The options of one run beside its scenario and seed."""
+    add_scenario(parser)
+    add_seed(parser)
     add_method_and_preset(parser)
     rides = "smooth: least acceleration energy, brisk: least time, within comfort; default: the scenario's"
     parser.add_argument("--ride", choices=get_args(config.Ride), help=rides)
     scaled = "duration of the docking, for which the comfort values are scaled"
     parser.add_argument("--docking-time", type=float, metavar="SECONDS", help=scaled)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the files; default: runs/<name>")
+    add_folder(parser, "runs/<name>")
     sources = [source.value for source in GoalSource]
     known = "filtered detections, the newest detection as it is, or the truth; default: detected"
     parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
@@ -75,10 +71,11 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
     add_dump_failed(parser)
+    parser.set_defaults(command=_run)
 
 
-def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
-    """Run it by the options of `add_run_options` and a seed, print and write; returns the exit status."""
+def _run(arguments: argparse.Namespace) -> int:
+    scenario = load_scenario(arguments.scenario)
     for option in ("ride", "docking_time"):
         if (value := getattr(arguments, option)) is not None:
             scenario = changed(scenario, {f"controller.{option}": value})
@@ -90,15 +87,14 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
         scenario.goal.camera.check()
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: the recorded cycles are searched for failed ones")
-    folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
+    folder = writable_folder(arguments.out, scenario.name)
     animation: list[Path] = []
     if arguments.animate is not None:
         # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
         from rti_mpcc.report.animation import animation_file
 
         animation = [animation_file(Path(arguments.animate) if arguments.animate else None, folder)]
-    for place in [folder, *(file.parent for file in animation)]:
-        make_writable(place)
+        make_writable(animation[0].parent)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(ride, figures, folder, plots=not arguments.no_plots)
@@ -118,7 +114,7 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
         raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")
     whole = all_succeeded(result.mission_result, result.mission)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
-    return DOCKED if figures["docked"] and not crossed and whole else NOT_DOCKED
+    return DONE if figures["docked"] and not crossed and whole else FAILED
 
 
 def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Ride, str]:

@@ -49,7 +49,7 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
     Raises InputError for a suffix that is neither, or .mp4 without ffmpeg.
     """
     ffmpeg = bool(FFMpegWriter.isAvailable())
-    file = folder / ("animation.mp4" if ffmpeg else "animation.gif") if asked is None else asked
+    file = asked or folder / ("animation.mp4" if ffmpeg else "animation.gif")
     if file.suffix.lower() not in (".mp4", ".gif"):
         raise InputError(f"{file}: an animation must end in .mp4 or .gif")
     if file.suffix.lower() == ".mp4" and not ffmpeg:
@@ -58,16 +58,10 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
 
 
 def write_animation(rides: Sequence[Ride], file: Path, *, progress: Progress | None = None) -> None:
-    """Write an animation of rides with moments; the suffix of `file` decides between .mp4 and .gif.
+    """Write an animation of rides with moments, as .mp4 or .gif, all at the same time.
 
-    All rides are shown at the same time scale from the same time on; one that has ended stays as it is.
-
-    Args:
-        progress: called for each picture with the shown time and the last one [s].
-
-    Raises:
-        InputError: see `animation_file`, or ffmpeg fails.
-        OSError: the file cannot be written.
+    `progress` is called for each picture with the shown time and the last one [s]. Raises InputError as
+    `animation_file` and if ffmpeg fails, OSError.
     """
     file = animation_file(file, file.parent)
     shown = pictures(rides, picture_times(rides), progress=progress)
@@ -127,11 +121,7 @@ def pictures(
 class Stage:
     """The figure of an animation: a scene for each ride, weights below and the camera's picture beside it.
 
-    Args:
-        rides: at least one, with moments.
-
-    Attributes:
-        moving: the artists that change, in the order in which they are drawn.
+    `moving` are the artists that change, in the order in which they are drawn.
     """
 
     def __init__(self, rides: Sequence[Ride]) -> None:

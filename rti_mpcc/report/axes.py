@@ -15,13 +15,9 @@ from rti_mpcc.report import style
 
 PRINT_DPI = 160
 """Resolution of the pictures [dots/inch]."""
-BESIDE: dict[str, Any] = {
-    "loc": "upper left",
-    "bbox_to_anchor": (1.01, 1.0),
-    "borderaxespad": 0.0,
-    "frameon": False,
-}
-"""Where a legend stands: right of its axes."""
+BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
+BESIDE |= {"borderaxespad": 0.0, "frameon": False}
+"""A legend to the right of its axes."""
 
 
 def plane(axes: Axes) -> None:
@@ -39,14 +35,8 @@ def grid(axes: Axes) -> None:
 
 def legend_below(figure: Figure, *, columns: int = 4) -> None:
     """One legend for all axes, each label once, below them; the figure has to have a constrained layout."""
-    figure.legend(
-        *entries_once(figure.axes),
-        loc="outside lower center",
-        ncols=columns,
-        frameon=False,
-        fontsize="small",
-        handlelength=3.5,
-    )
+    look: dict[str, Any] = {"frameon": False, "fontsize": "small", "handlelength": 3.5}
+    figure.legend(*entries_once(figure.axes), loc="outside lower center", ncols=columns, **look)
 
 
 def entries_once(several: Iterable[Axes]) -> tuple[list[Artist], list[str]]:

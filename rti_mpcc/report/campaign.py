@@ -56,13 +56,11 @@ LARGEST = {
 
 
 def read_table(folder: Path) -> pd.DataFrame:
-    """The rows of a campaign by index, with what was timed.
+    """The rows of a campaign by index, with what was timed. Raises InputError where there is no row.
 
-    Columns: the paths of their JSON; the short names of `COLUMNS`; `docked`: the controller says so,
-    and it is true; `crossed`: the body left the corridor or area, or met an obstacle; `over_comfort.<name>`:
-    peaks over comfort; `time_ratio`: time to dock over the expected one.
-
-    Raises InputError where there is no row.
+    Columns: the paths of their JSON; the short names of `COLUMNS`; `docked`: truly, and the controller says
+    so; `crossed`: the body left the corridor or area, or met an obstacle; `over_comfort.<name>`: peaks over
+    comfort; `time_ratio`: time to dock over the expected one.
     """
     timed = {row["index"]: row for row in read_rows(folder, TIMES)}
     rows = [{**row, "timed": timed.get(row["index"])} for row in read_rows(folder)]
@@ -112,7 +110,6 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _summed(rows: pd.DataFrame, above: str) -> dict[str, int]:
-    """Of the columns below a path, by their last name."""
     columns = [str(name) for name in rows if str(name).startswith(above)]
     return {name.removeprefix(above): int(rows[name].sum()) for name in columns}
 
@@ -140,13 +137,10 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
 def write_report(
     folder: Path, settings: Mapping[str, Any], cases: Sequence[DrawnCase], *, worst: int
 ) -> tuple[dict[str, str], tuple[Path, ...]]:
-    """Write report.json, report.html, and the worst cases as scenario files into the folder of a campaign.
+    """Write report.json, report.html, and the `worst` cases, driven again, as scenario files into a folder.
 
-    Args:
-        settings: what was driven, for both files; cases: of the campaign.
-        worst: so many of the worst cases are driven again, saved and shown.
-
-    Returns the figures for people, and what was written. Raises InputError where there is no row, OSError.
+    `settings` of the campaign are in both files. Returns the figures for people, and the written files.
+    Raises InputError where there is no row, OSError.
     """
     rows, by_index = read_table(folder), {case.index: case for case in cases}
     figures, shown = overall(rows), []
@@ -167,17 +161,15 @@ def write_report(
 
 
 def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None]:
-    """Save a case; the command that drives it from its file, and its picture if it can be driven.
-
-    `drives`: False for a case that may end this process.
-    """
+    """Save a case; the command that drives it from its file, and its picture if it `drives`."""
     try:
         scenario = case.scenario()
         options = "".join(f" --{name} {value}" for name, value in case.run.items())
         command = f"rti-mpcc run {save_scenario(scenario, folder / WORST)}{options}"
-        return command, overview_figure(
-            ride_of_run(drive(Case(scenario=scenario, **case.run)).result)
-        ) if drives else None
+        if not drives:  # it may end this process
+            return command, None
+        result = drive(Case(scenario=scenario, **case.run)).result
+        return command, overview_figure(ride_of_run(result))
     except Exception as error:  # whatever a case raised in the campaign it may raise here
         return f"{type(error).__name__}: {error}", None
 
@@ -205,7 +197,7 @@ def readable_figures(figures: Mapping[str, Any]) -> dict[str, str]:
 
 
 def several(values: Mapping[str, float | None], digits: int = 2) -> str:
-    """Values of a spread, one behind the other."""
+    """Values separated by slashes."""
     return " / ".join(number(value, digits) for value in values.values())
 
 

@@ -9,13 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 Advance = Callable[[float, float], None]
@@ -54,8 +48,7 @@ def tell_lines(lines: Sequence[str]) -> None:
 
 def tell_written(files: Sequence[Path]) -> None:
     """Print which files were written."""
-    told = f"written: {', '.join(map(str, files))}"
-    Console(highlight=False).print(told, markup=False, soft_wrap=True)
+    tell_lines([f"written: {', '.join(map(str, files))}"])
 
 
 @contextmanager

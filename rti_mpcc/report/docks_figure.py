@@ -39,11 +39,11 @@ def docks_figure(title: str, docks: Docks) -> Figure:
 
 def _draw_dock(axes: Axes, dock: Dock, vehicle: Vehicle) -> Array:
     """Draw a dock; returns the corners (k, 2) of all its shapes [m]."""
-    pose = dock.pose
+    pose, approach, board = dock.pose, dock.approach, dock.board
     assert pose is not None
     shown = [draw_bodies(axes, pose, vehicle, style.BLUE, "docked vehicle", linewidths=1.4)]
-    if dock.approach is not None:
-        start = pose.compose(Pose2(-dock.approach.direction * dock.approach.length, 0.0, 0.0))
+    if approach is not None:
+        start = pose.compose(Pose2(-approach.direction * approach.length, 0.0, 0.0))
         # Wider than the arrow on it.
         shown.append(_draw_line(axes, (start, pose), 5.0, style.ORANGE, "approach of the rear axle"))
     _draw_name(axes, dock.name, pose, draw_heading(axes, pose, vehicle, style.BLUE))
@@ -51,20 +51,17 @@ def _draw_dock(axes: Axes, dock: Dock, vehicle: Vehicle) -> Array:
         end = pose.compose(Pose2(dock.contact.distance, 0.0, 0.0))
         look = {"linewidths": 1.4, "linestyles": ["dashed"]}
         shown.append(draw_bodies(axes, end, vehicle, style.GREEN, "after the contact move", **look))
-    body = dock.body_at(pose)
-    if body is not None:
+    if (body := dock.body_at(pose)) is not None:
         draw_outlines(axes, [body], "docked object", style.PINK, alpha=0.5)
         shown.append(body)
-    if dock.board is not None:
-        board, half = dock.board, 0.5 * dock.board.size[0]
-        middle = pose.compose(Pose2(board.x, board.y, board.yaw))
+    if board is not None:
+        middle, half = pose.compose(Pose2(board.x, board.y, board.yaw)), 0.5 * board.size[0]
         ends = middle.compose(Pose2(0.0, -half, 0.0)), middle.compose(Pose2(0.0, half, 0.0))
         _draw_line(axes, ends, 3.0, style.RED, "board")
     return np.concatenate(shown)
 
 
 def _draw_name(axes: Axes, name: str, pose: Pose2, tip: Pose2) -> None:
-    """The name ahead of the front."""
     right, up = cos(pose.phi), sin(pose.phi)
     axes.annotate(
         name,

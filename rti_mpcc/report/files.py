@@ -20,11 +20,7 @@ _FAR = 1e5
 
 
 def write_files(ride: Ride, summary: dict[str, Any], folder: Path, *, plots: bool = True) -> list[Path]:
-    """Write the files of a run into an existing folder and return their paths. Raises OSError.
-
-    Args:
-        plots: the pictures too.
-    """
+    """Write the files of a run, with `plots` the pictures, too, into an existing folder. Raises OSError."""
     written = [folder / "summary.json", folder / "trajectory.csv"]
     write_json(summary, written[0])
     write_trajectory(ride, written[1])

@@ -32,12 +32,7 @@ _DRAWN = 1e-6
 
 
 def draw_boundaries(
-    axes: Axes,
-    corridor: Corridor,
-    path: ReferencePath,
-    *,
-    color: str = style.BLACK,
-    label: str = "corridor",
+    axes: Axes, corridor: Corridor, path: ReferencePath, *, color: str = style.BLACK, label: str = "corridor"
 ) -> None:
     """The boundaries of all parts."""
     axes.add_collection(

@@ -20,7 +20,6 @@ from rti_mpcc.report.ground import (
     show_driven,
 )
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.simulation.plant import SAME_TIME
 
 _BODY_EVERY = 1.0
 """Time between two drawn bodies [s]."""
@@ -101,12 +100,9 @@ def _draw_goals(axes: Axes, ride: Ride) -> None:
 
 
 def _draw_steps(axes: Axes, ride: Ride) -> None:
-    """The object at the dock, and the body where each step of the mission ended."""
     docked = [] if ride.docked_object is None else [ride.docked_object]
     draw_outlines(axes, docked, "docked object", style.PINK, zorder=1.5)
-    ends = [step.end - SAME_TIME for step in ride.steps if step.end is not None]
-    poses = ride.motion.poses[
-        np.minimum(np.searchsorted(ride.motion.times, ends), len(ride.motion.times) - 1)
-    ]
+    ends = [step.end for step in ride.steps if step.end is not None]
+    poses = ride.motion.poses[ride.motion.rows_at(ends)]
     label, vehicle = "body at the end of a step", ride.config.vehicle
     draw_bodies(axes, poses, vehicle, style.GREEN, label, linewidths=1.4, zorder=3)

@@ -25,7 +25,8 @@ from rti_mpcc.recording.contents import core_of
 from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
-from rti_mpcc.simulation.goal_metrics import rows_at
+from rti_mpcc.simulation.controllers import wrapped
+from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.simulation.result import Truth
 from rti_mpcc.simulation.sections.camera import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
@@ -36,10 +37,9 @@ _PICTURE_WIDTH = 560
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
-    """One cycle of a ride.
+    """One cycle of a ride at `time` [s].
 
     Attributes:
-        time: [s].
         pose: (3,) of the rear axle x [m], y [m], heading [rad], true in a simulated ride, else measured.
         state: as measured; command: with its plan.
         goal: (3,) the true one; None where it is not known, as in a recording.
@@ -71,14 +71,13 @@ class Ride:
         title: scenario or file; config: settings of the controller.
         motion: true at each step of the simulation; of a recording measured in each cycle, NaN: unknown.
         moments: of all cycles, in order of time; empty where no `Observer` kept them.
-        path, corridor: that were given; None in an area.
-        area: None along a given path.
+        path, corridor: that were given; None in an area, and `area` None along a given path.
         routes: (from time [s], route) in order of time, with the given path.
         obstacles: all outlines (k, 2) [m] that were there at any time, beside those of the area.
+        detections: of the goal; filtered: whether a filter estimated the goal.
         docked_object: outline (k, 2) [m] of the object at the dock, or None.
         planned_goal: (3,) the goal that the ride started from, where that was not the true one.
-        steps: of its mission; detections: of the goal; filtered: whether a filter estimated the goal.
-        frames: (stamp [s], JPEG file) of its camera's pictures.
+        steps: of its mission; frames: (stamp [s], JPEG file) of its camera's pictures.
     """
 
     title: str
@@ -112,19 +111,19 @@ class Ride:
 
         NaN: unknown; the setpoint is known on the last segment of a route alone.
         """
-        true, setpoints, estimates = np.full((3, len(self.moments), 3), np.nan)
-        covariances, statuses = np.full((len(self.moments), 3, 3), np.nan), list[GoalStatus | None]()
-        for row, moment in enumerate(self.moments):
-            told = moment.command.diagnostics
+        true, setpoints = np.full((2, len(self.moments), 3), np.nan)
+        covariances = np.full((len(self.moments), 3, 3), np.nan)
+        goals = [moment.command.diagnostics.goal for moment in self.moments]
+        for row, (moment, goal) in enumerate(zip(self.moments, goals, strict=True)):
+            diagnostics = moment.command.diagnostics
             if moment.goal is not None:
                 true[row] = moment.goal
-            if moment.route is not None and told.part == len(moment.route.parts) - 1:
-                setpoints[row] = told.aim.x, told.aim.y, told.aim.phi
-            if told.goal is not None and told.goal.pose is not None and told.goal.covariance is not None:
-                estimates[row] = told.goal.pose.x, told.goal.pose.y, told.goal.pose.phi
-                covariances[row] = told.goal.covariance
-            statuses.append(None if told.goal is None else told.goal.status)
-        return true, setpoints, estimates, covariances, statuses
+            if moment.route is not None and diagnostics.part == len(moment.route.parts) - 1:
+                setpoints[row] = diagnostics.aim.x, diagnostics.aim.y, diagnostics.aim.phi
+            if goal is not None and goal.covariance is not None:
+                covariances[row] = goal.covariance
+        statuses = [None if goal is None else goal.status for goal in goals]
+        return true, setpoints, goal_estimates(goals), covariances, statuses
 
 
 class Observer:
@@ -134,19 +133,17 @@ class Observer:
         self.controller = controller
         self.moments: list[Moment] = []
 
-    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+    def step(self, state: VehicleState, *, now: float, **given: Any) -> Command:
         """One cycle. Arguments, result and errors are those of the controller's `step`."""
-        command = self.controller.step(state, now=now, **told)
+        command = self.controller.step(state, now=now, **given)
         self.moments.append(_moment(self.controller, state, command, now))
         return command
 
 
-def _moment(controller: Any, state: VehicleState, command: Command, time: float) -> Moment:
-    """A cycle as the controller knew it."""
-    while (inner := getattr(controller, "controller", None)) is not None:
-        controller = inner
-    route = getattr(controller, "path", None)
-    corridor = None if route is None else controller.corridor
+def _moment(controller: object, state: VehicleState, command: Command, time: float) -> Moment:
+    core: Any = wrapped(controller)[-1]
+    route = getattr(core, "path", None)
+    corridor = None if route is None else core.corridor
     return Moment(
         time=time,
         pose=np.array([state.x, state.y, state.phi]),
@@ -160,13 +157,7 @@ def _moment(controller: Any, state: VehicleState, command: Command, time: float)
 
 
 class CameraFrames:
-    """Keeps the pictures of a run, with the detections drawn on them; to be given to `simulate` as `seen`.
-
-    They are kept small, as JPEG files: a run has several hundred. Needs OpenCV.
-
-    Args:
-        section: the scenario's camera.
-    """
+    """Keeps the pictures of a run with their detections as small JPEG files: the `seen` of `simulate`."""
 
     def __init__(self, section: CameraSection) -> None:
         self.frames: list[tuple[float, bytes]] = []
@@ -189,42 +180,35 @@ def ride_of_run(
     title: str | None = None,
     frames: Sequence[tuple[float, bytes]] = (),
 ) -> Ride:
-    """The ride of a simulated run.
+    """The ride of a simulated run. Raises InputError if `moments` are not those of this run.
 
-    Args:
-        moments: of all its cycles by an `Observer`; without them there are no strip charts of the control.
-        title: default: the scenario and the preset; frames: pictures of its camera.
-
-    Raises InputError if `moments` are not those of this run.
+    Without `moments` of all its cycles by an `Observer` there are no strip charts of the control. `frames`:
+    pictures of its camera.
     """
-    truth, scenario, times = result.truth, result.scenario, result.cycles.times
+    truth, goal, times = result.truth, result.scenario.goal, result.cycles.times
     if moments and len(moments) != len(times):
         raise InputError(f"moments has {len(moments)} cycles: must be those of the run, {len(times)}")
-    body, planned = scenario.goal.body, None
-    if scenario.goal.measurement is not None and result.goal_source is not GoalSource.KNOWN:
-        planned = scenario.planned_goal(result.given_path)
-    docked = None if body is None else outline_at(body, Pose2(*truth.goals[-1].tolist()))
-    changes = result.besides
-    if result.area is None:
-        changes = tuple((start, corridor.obstacles) for start, corridor in result.corridors)
-    at = np.searchsorted([start for start, _ in changes], times + 1e-9, side="right") - 1
-    rows = rows_at(truth, times)
-    there = {id(each): each for _, outlines in changes for each in outlines}.values()
+    planned = None
+    if goal.measurement is not None and result.goal_source is not GoalSource.KNOWN:
+        planned = result.scenario.planned_goal(result.given_path)
+    docked = None if goal.body is None else outline_at(goal.body, Pose2(*truth.goals[-1].tolist()))
+    at = np.searchsorted([start for start, _ in result.obstacles], times + 1e-9, side="right") - 1
+    there = {id(each): each for _, outlines in result.obstacles for each in outlines}.values()
     return Ride(
         title=result.title if title is None else title,
         config=result.config,
         motion=truth,
         moments=tuple(
-            replace(moment, pose=truth.poses[row], goal=truth.goals[row], obstacles=changes[place][1])
-            for moment, row, place in zip(moments, rows, at, strict=False)
+            replace(each, pose=truth.poses[row], goal=truth.goals[row], obstacles=result.obstacles[place][1])
+            for each, row, place in zip(moments, truth.rows_at(times), at, strict=False)
         ),
         path=result.given_path,
-        corridor=result.corridors[0][1] if result.area is None else None,
+        corridor=result.corridor,
         area=result.area,
         routes=result.paths,
         obstacles=tuple(each for each in there if docked is None or not np.array_equal(each, docked)),
-        detections=() if result.tracking is None else result.tracking.detections,
-        filtered=result.tracking is not None and result.goal_source is GoalSource.DETECTED,
+        detections=tuple(detections_of(result.cycles)) if result.detector else (),
+        filtered=result.detector and result.goal_source is GoalSource.DETECTED,
         docked_object=docked,
         planned_goal=None if planned is None else np.array([planned.x, planned.y, planned.phi]),
         steps=result.mission,
@@ -235,17 +219,12 @@ def ride_of_run(
 def ride_of_recording(
     file: str | PathLike[str], *, progress: Callable[[int, int], None] | None = None
 ) -> Ride:
-    """The ride of a recording, or of the whole cycles of one that was cut off.
+    """The ride of a recording, or of the whole cycles of a truncated one.
 
     Commands, plans and times are the recorded ones. A controller is driven along for the routes, which a
-    recording does not hold. Cycles that raised are left out.
+    recording does not hold. Cycles that raised are left out. `progress` is called with (cycles done, all).
 
-    Args:
-        progress: called after each cycle with the number of cycles done, and of all.
-
-    Raises:
-        RecordingError: the file cannot be read or is no recording.
-        InputError: it holds no cycle.
+    Raises RecordingError for a file that is no recording, InputError where it holds no cycle.
     """
     recording = read_recording(file, allow_truncated=True)
     driver, now, moments = recording.header.driver(), 0.0, list[Moment]()

@@ -30,13 +30,9 @@ _WHEEL = 0.45
 
 
 class Scene:
-    """Axes with the surroundings drawn once, and all else where a moment of the ride has it.
+    """Empty axes with the surroundings drawn once, and a moment of the ride.
 
-    Args:
-        axes: to draw on, empty; ride: with moments.
-
-    Attributes:
-        moving: the artists that change, in the order in which they are drawn.
+    `moving` are the artists that change, in the order in which they are drawn.
     """
 
     def __init__(self, axes: Axes, ride: Ride) -> None:
@@ -93,12 +89,8 @@ class Scene:
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
         target = np.array([[aim.x, aim.y, aim.phi]])
         goal = np.zeros((0, 3)) if moment.goal is None else moment.goal[None]
-        for shapes, poses in (
-            (self.plan_bodies, states[places]),
-            (self.body, moment.pose[None]),
-            (self.target, target),
-            (self.goal, goal),
-        ):
+        shown = {self.plan_bodies: states[places], self.body: moment.pose[None]}
+        for shapes, poses in {**shown, self.target: target, self.goal: goal}.items():
             shapes.set_verts(list(body_polygons(poses, vehicle)))
         self.driven.set_data(*self._driven[: index + 1].T)
         self.plan.set_data(states[:, X], states[:, Y])
@@ -132,11 +124,7 @@ def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
 
 
 class WeightBars:
-    """One bar for each effective weight.
-
-    Args:
-        axes: to draw on, empty; largest: of all weights that are to be shown.
-    """
+    """One bar for each effective weight, up to the `largest` of all that are shown."""
 
     def __init__(self, axes: Axes, largest: float) -> None:
         names, colors = zip(*style.WEIGHTS, strict=True)
@@ -156,11 +144,7 @@ class WeightBars:
 
 
 class CameraView:
-    """The last picture of the camera.
-
-    Args:
-        axes: to draw on; frames: (stamp [s], JPEG file), at least one, in order of time.
-    """
+    """The last picture of the camera; frames: (stamp [s], JPEG file), at least one, in order of time."""
 
     def __init__(self, axes: Axes, frames: Sequence[tuple[float, bytes]]) -> None:
         self._frames = frames

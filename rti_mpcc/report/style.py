@@ -12,12 +12,7 @@ RED = "#d55e00"
 PINK = "#cc79a7"
 COLORS = (BLACK, GREY, ORANGE, SKY, GREEN, BLUE, RED, PINK)
 
-WEIGHTS = (
-    ("lag", BLACK),
-    ("contouring", BLUE),
-    ("progress reward", ORANGE),
-    ("goal position", RED),
-)
+WEIGHTS = (("lag", BLACK), ("contouring", BLUE), ("progress reward", ORANGE), ("goal position", RED))
 """Effective weights in the order of `Cycles.weights`: name and colour."""
 
 DPI = 130

@@ -1,14 +1,16 @@
-"""The figures of a run, of a planned route, docks and a replay for a terminal."""
+"""Tables and lines for a terminal: runs, a planned route, docks, a replay."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from math import degrees
+from operator import getitem
 from textwrap import shorten
 from typing import Any
 
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from rti_mpcc.recording import ReplayReport
 from rti_mpcc.report.numbers import in_words, number
@@ -19,6 +21,7 @@ SHOWN, LONGEST = 12, 200
 """Largest number of fields of a replay's difference that are shown, and of characters of a value."""
 Row = tuple[str, str, str]
 """Name, value, unit."""
+Figures = dict[str, Any]
 _DIRECTIONS = {1: "forward", -1: "in reverse"}
 _TITLE = ("scenario", "method", "preset")
 _APART = (*_TITLE, "mission", "comfort", "energy_to_dock")
@@ -106,11 +109,8 @@ def _row(key: str, value: Any, above: str) -> Row:
         return name, "yes" if value else "no", ""
     if isinstance(value, float):
         return name, number(factor * value, digits), unit or units.get(key, "")
-    return (
-        name,
-        number(None, 0) if value is None else str(value),
-        units.get(key, "") if "peak" in above else "",
-    )
+    told = number(None, 0) if value is None else str(value)
+    return name, told, units.get(key, "") if "peak" in above else ""
 
 
 def mission_rows(steps: Sequence[Mapping[str, Any]] | None) -> Iterator[Row]:
@@ -157,23 +157,81 @@ def replay_lines(report: ReplayReport) -> list[str]:
     return [*lines, compared]
 
 
+RATIOS = (
+    "time_to_tolerance_s",
+    "time_to_dock_s",
+    "energy.steering_rate",
+    "energy.acceleration",
+    "energy.lateral_acceleration",
+    "cycle_ms.p50",
+)
+"""Figures with a ratio of each run to the first one of its scenario."""
+_COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
+"""Figures of several runs side by side: those of the paper's Tables II and III, and some more."""
+
+
+def compared(runs: Sequence[Figures]) -> list[Figures]:
+    """The summaries with `ratios` to the first one of the same scenario; None where one of the two is."""
+    first: dict[str, Figures] = {}
+    found = []
+    for run in runs:
+        base = first.setdefault(run["scenario"], run)
+        pairs = {path: (_figure(run, path), _figure(base, path)) for path in RATIOS}
+        ratios = {
+            path: one / other if one is not None and other else None for path, (one, other) in pairs.items()
+        }
+        found.append({**run, "ratios": ratios})
+    return found
+
+
+def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
+    """For each scenario its figures, and their ratios to its first run; a column a run."""
+    tables = []
+    for scenario in dict.fromkeys(run["scenario"] for run in runs):
+        own = [run for run in compared(runs) if run["scenario"] == scenario]
+        table = Table("", *(run_label(run).replace(" ", "\n") for run in own), "unit", title=scenario)
+        for column in table.columns[1:-1]:
+            column.justify, column.overflow = "right", "fold"
+        rows = []
+        for run in own:
+            times = {name: run["cycle_ms"][name] for name in ("p50", "p95")}
+            rows.append(list(figure_rows({name: run[name] for name in _COMPARED} | {"cycle_ms": times})))
+        for cells in zip(*rows, strict=True):
+            table.add_row(cells[0][0], *(value for _, value, _ in cells), max(unit for *_, unit in cells))
+        names = [name for name, *_ in figure_rows(dict.fromkeys(RATIOS))]
+        for path, name in zip(RATIOS, names if len(own) > 1 else (), strict=False):
+            ratios = (number(run["ratios"][path], 2) for run in own)
+            table.add_row(f"{name.replace('.', ' ')}, ratio", *ratios, "")
+        tables.append(table)
+    return tables
+
+
+def run_label(run: Figures) -> str:
+    """Method and preset of a run."""
+    return f"{run['method']} ({run['preset']})"
+
+
+def _figure(run: Figures, path: str) -> float | None:
+    value: Any = reduce(getitem, path.split("."), run)
+    return None if value is None else float(value)
+
+
 def _step_name(step: Mapping[str, Any]) -> str:
     again = f", try {step['attempt'] + 1}" if step["attempt"] else ""
     return f"step {step['step']}: {step['kind']}{again}"
 
 
 def _against(peak: float, comfort: float) -> str:
-    above = round(peak, 3) > round(comfort, 3)
-    return (
-        f"[bold red]{peak:.3f}[/] (limit {comfort:.3f} exceeded)" if above else f"{peak:.3f} / {comfort:.3f}"
-    )
+    if round(peak, 3) > round(comfort, 3):
+        return f"[bold red]{peak:.3f}[/] (limit {comfort:.3f} exceeded)"
+    return f"{peak:.3f} / {comfort:.3f}"
 
 
 def _table(title: str, rows: Iterable[Row]) -> Table:
-    table = Table(title=title)
-    table.add_column("", no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+    columns = Column(), Column("value", justify="right"), Column("unit")
+    for column in columns:
+        column.no_wrap = True
+    table = Table(*columns, title=title)
     for row in rows:
         table.add_row(*row)
     return table

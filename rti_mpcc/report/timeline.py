@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, stds_in
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import BESIDE, entries_once, grid
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.simulation.goal_metrics import errors_to
+from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.types import MissionResult
+from rti_mpcc.types import Array, MissionResult
 
 MOTION = 4
 """Number of the first rows: speed, steering, acceleration, progress."""
@@ -69,13 +69,9 @@ def strip_charts(rows: Sequence[Axes], ride: Ride, summary: Mapping[str, Any]) -
     commands = [moment.command.acceleration for moment in ride.moments]
     rows[2].step(times, commands, where="post", **_thin(style.ORANGE, "commanded"))
     label = "true" if np.isfinite(motion.goals).any() else "measured"
-    curves = (
-        (motion.v, "v [m/s]"),
-        (motion.delta, "delta [rad]"),
-        (motion.acceleration, "a [m/s²]"),
-        (motion.theta, "theta [m]"),
-    )
-    for axes, (values, name) in zip(rows, curves, strict=False):
+    names = ("v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]")
+    curves = (motion.v, motion.delta, motion.acceleration, motion.theta)
+    for axes, values, name in zip(rows, curves, names, strict=False):
         if np.isfinite(values).any():
             axes.plot(motion.times, values, color=style.BLUE, label=label)
         axes.set_ylabel(name)
@@ -111,7 +107,6 @@ def _thin(color: str, label: str) -> dict[str, Any]:
 
 
 def _draw_routes(axes: Axes, ride: Ride) -> None:
-    """The cusps of each route, and the times of replanning."""
     borders = [*(start for start, _ in ride.routes[1:]), ride.end]
     for (start, route), end in zip(ride.routes, borders, strict=False):
         for at in route.cusps:
@@ -150,8 +145,7 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     told = [(each, each.pose) for each in ride.detections if each.pose is not None]
     stamps = np.array([each.stamp for each, _ in told])
     poses = np.array([(pose.x, pose.y, pose.phi) for _, pose in told]).reshape(-1, 3)
-    then = np.minimum(np.searchsorted(ride.motion.times, stamps - SAME_TIME), len(ride.motion.times) - 1)
-    detections = errors_to(ride.motion.goals[then], poses) * _UNITS
+    detections = errors_to(ride.motion.goals[ride.motion.rows_at(stamps)], poses) * _UNITS
     accepted = np.array([each.accepted for each, _ in told], dtype=np.bool_)
     # A setpoint that is farther off is a stop on the route, and not the goal.
     near = setpoint[(np.abs(setpoint) <= FARTHEST).all(axis=1)]
@@ -169,25 +163,31 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
             limit = side * tolerance[column]
             axes.axhline(limit, linestyle="dashdot", **_thin(style.GREY, "goal tolerance"))
         edge = float(reach[column])
-        values = detections[:, column]
-        beyond, places = np.abs(values) > edge, np.clip(values, -0.95 * edge, 0.95 * edge)
-        for kind, name, color, marker in (
-            (accepted, "accepted", style.GREEN, "."),
-            (~accepted, "rejected", style.RED, "x"),
-        ):
-            for own, drawn, label, symbol in (
-                (kind & ~beyond, values, name, marker),
-                (kind & beyond & (values > 0.0), places, f"{name}, farther off", "^"),
-                (kind & beyond & (values < 0.0), places, f"{name}, farther off", "v"),
-            ):
-                if own.any():
-                    axes.scatter(stamps[own], drawn[own], s=14.0, color=color, marker=symbol, label=label)
+        _draw_detections(axes, stamps, detections[:, column], accepted, edge)
         axes.set_ylim(-edge, edge)
         axes.set_ylabel(GOAL_ROWS[column])
 
 
+def _draw_detections(
+    axes: Axes, stamps: Array, values: Array, accepted: NDArray[np.bool_], edge: float
+) -> None:
+    """Detections over time; those beyond the `edge` of the axes are arrows there."""
+    beyond = np.abs(values) > edge
+    places = np.where(beyond, np.clip(values, -0.95 * edge, 0.95 * edge), values)
+    for kind, name, color, marker in (
+        (accepted, "accepted", style.GREEN, "."),
+        (~accepted, "rejected", style.RED, "x"),
+    ):
+        for own, label, symbol in (
+            (kind & ~beyond, name, marker),
+            (kind & beyond & (values > 0.0), f"{name}, farther off", "^"),
+            (kind & beyond & (values < 0.0), f"{name}, farther off", "v"),
+        ):
+            if own.any():
+                axes.scatter(stamps[own], places[own], s=14.0, color=color, marker=symbol, label=label)
+
+
 def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
-    """The status of the filter as the background."""
     starts = [k for k, status in enumerate(statuses) if k == 0 or status is not statuses[k - 1]]
     for (start, until), k in zip(pairwise([*np.asarray(times)[starts], end]), starts, strict=True):
         status = statuses[k]
@@ -198,11 +198,8 @@ def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[Go
 
 
 def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None:
-    """A band for each step of a mission, in the colour of its result, and a mark at the end of each wait.
-
-    Args:
-        waited: label of that mark.
-    """
+    """A band for each step of a mission, in the colour of its result, and a mark `waited` at the end of each
+    wait."""
     for step in ride.steps:
         color, label = _OVER.get(step.result, _FAILED)
         start, end = _span(step, ride.end)
@@ -222,15 +219,9 @@ def name_bands(axes: Axes, ride: Ride) -> float:
         centre, half = middle / max(ride.end, SAME_TIME), 0.5 * _LETTER * (len(name) + 1)
         line = next((k for k, start in enumerate(free) if start <= centre - half), len(free))
         free[line : line + 1] = [centre + half]
-        axes.annotate(
-            name,
-            (middle, 1.0),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(0.0, 3.0 + line * _LINE_HEIGHT),
-            textcoords="offset points",
-            ha="center",
-            fontsize="small",
-        )
+        look: dict[str, Any] = {"xytext": (0.0, 3.0 + line * _LINE_HEIGHT), "textcoords": "offset points"}
+        look |= {"xycoords": axes.get_xaxis_transform(), "ha": "center", "fontsize": "small"}
+        axes.annotate(name, (middle, 1.0), **look)
     return _LINE_HEIGHT * len(free)
 
 

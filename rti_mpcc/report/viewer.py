@@ -21,11 +21,7 @@ _WIDTH = 80
 
 
 class Viewer:
-    """Shows one moment of a ride at a time.
-
-    Args:
-        figure: to draw on, empty; ride: with moments.
-    """
+    """Shows one moment of a ride at a time in an empty figure."""
 
     def __init__(self, figure: Figure, ride: Ride) -> None:
         self.ride, self.index, self._figure = ride, 0, figure

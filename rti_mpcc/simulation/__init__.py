@@ -7,7 +7,7 @@ from rti_mpcc.simulation.controllers import all_succeeded, docking_controller, d
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
 from rti_mpcc.simulation.goal_feed import Detector, GoalSource, SimulatedDetector
 from rti_mpcc.simulation.metrics import summary
-from rti_mpcc.simulation.result import Cycles, RunResult, Tracking, Truth
+from rti_mpcc.simulation.result import RunResult, Truth
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
 from rti_mpcc.simulation.scenario_file import (
     builtin_names,
@@ -28,7 +28,6 @@ __all__ = [
     "CameraSection",
     "Controller",
     "CorridorSection",
-    "Cycles",
     "Detector",
     "Docks",
     "FaultSection",
@@ -36,7 +35,6 @@ __all__ = [
     "RunResult",
     "Scenario",
     "SimulatedDetector",
-    "Tracking",
     "Truth",
     "all_succeeded",
     "builtin_names",

@@ -14,9 +14,8 @@ of the finer picture.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,13 +40,13 @@ NEAREST = 0.1
 
 
 class Optics(Settings):
-    """What becomes of the light on its way into the picture.
+    """The way of the light into the picture.
 
     Attributes:
         blur: standard deviation of the lens's blur [px].
-        exposure: what brightness is multiplied with; beyond 255 it is clipped.
-        noise: standard deviation of a pixel [grey levels of 255].
-        border: white paper around the board [squares].
+        exposure: factor on the brightness; beyond 255 it is clipped.
+        noise: standard deviation of a pixel [grey levels of 255]; border: white paper around the board
+            [squares].
     """
 
     blur: NonNegative = 0.8
@@ -56,8 +55,7 @@ class Optics(Settings):
     border: Annotated[float, Field(ge=0.0, le=5.0)] = 0.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Print:
+class _Print(NamedTuple):
     """A board as it is printed: grey and coverage (h, w, 2) with a border, from fine to coarse by halves."""
 
     board: CharucoBoard
@@ -65,13 +63,10 @@ class _Print:
 
 
 class BoardCamera:
-    """Takes grey pictures of a board. Holds the prints and the background; all chance comes from `random`.
+    """Takes grey pictures of a board by the true camera, board and optics.
 
-    Args:
-        camera, board, optics: the true ones. Another camera of the same size and other optics may be set
-            between two pictures.
-        random: draws the background once, and each picture's noise.
-        others: boards of other docks, and where these are in the world; a nearer board hides a farther one.
+    `random` draws the background once, and each picture's noise. `others`: boards of other docks with their
+    poses in the world; a nearer board hides a farther one.
     """
 
     def __init__(
@@ -94,11 +89,12 @@ class BoardCamera:
     def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
         """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
         picture = self._background(vehicle.phi)
-        boards = [(print_, dock.relative_to(vehicle)) for print_, dock in (*self._others, (self._own, goal))]
-        seen = [(self._homography(print_.board, dock), print_) for print_, dock in boards]
-        for homography, print_ in sorted(
-            ((h, print_) for h, print_ in seen if h is not None), key=lambda each: -each[0][2, 2]
-        ):
+        seen = []
+        for print_, dock in (*self._others, (self._own, goal)):
+            homography = self._homography(print_.board, dock.relative_to(vehicle))
+            if homography is not None:
+                seen.append((homography, print_))
+        for homography, print_ in sorted(seen, key=lambda each: -each[0][2, 2]):
             self._draw(picture, homography, print_)
         if self.optics.blur > 0.0:
             picture = self._cv2.GaussianBlur(picture, (0, 0), self.optics.blur)
@@ -111,7 +107,6 @@ class BoardCamera:
         return picture.astype(np.uint8)
 
     def _printed(self, board: CharucoBoard) -> _Print:
-        """The print of a board with its border."""
         border = round(self.optics.border * SQUARE_PIXELS)
         size = (board.columns * SQUARE_PIXELS, board.rows * SQUARE_PIXELS)
         face = np.pad(opencv_board(board).generateImage(size), border, constant_values=255)
@@ -151,7 +146,6 @@ class BoardCamera:
         return unit * (width + 2.0 * border, height + 2.0 * border) - border
 
     def _draw(self, picture: Grey, homography: Array, drawn: _Print) -> None:
-        """Draw a board into the picture, in place."""
         cv2, camera = self._cv2, self.camera
         outline = (homography @ _homogeneous(self._outline(drawn.board, 20))).T
         pixels = camera.project(outline @ camera.rotation.T + camera.position)
@@ -160,10 +154,8 @@ class BoardCamera:
         width, height = (high - low).tolist()
         if width <= 0 or height <= 0:
             return
-        if any(camera.distortion):
-            fine = self._distorted(homography, low, width, height, drawn)
-        else:
-            fine = self._warped(homography, low, width, height, drawn)
+        warp = self._distorted if any(camera.distortion) else self._warped
+        fine = warp(homography, low, width, height, drawn)
         coarse = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
         window = picture[low[1] : high[1], low[0] : high[0]]
         window *= 1.0 - coarse[:, :, 1]
@@ -217,5 +209,4 @@ def surroundings(width: int, height: int, random: np.random.Generator) -> Grey:
 
 
 def _homogeneous(points: Array) -> Array:
-    """(3, n) of (n, 2)."""
     return np.vstack([points.T, np.ones(len(points))])

@@ -1,13 +1,11 @@
 """Campaigns: many cases, each driven and kept as a row, by processes of this machine or a Dask cluster.
 
-Joblib distributes the cases. This module adds one thing: a case that ends its worker becomes a row, and the
-other cases are driven all the same.
+Joblib distributes the cases. If a case ends its worker, it becomes a row, and the others are driven.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import re
 import sys
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -16,9 +14,11 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
+from joblib import Parallel, delayed, parallel_config
+
 from geometry.files import RECORDING, content, from_json
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.batch import Case, drive
+from rti_mpcc.simulation.batch import Case, checked_jobs, drive
 from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome, Drawn, row_of
 from rti_mpcc.simulation.scenario import Scenario
 
@@ -26,17 +26,17 @@ ROWS, TIMES = "rows.jsonl", "timed.jsonl"
 MOST = 1_000_000
 """Cases of a campaign, at most."""
 AHEAD = 2
-"""Cases under way for each worker: one is driven, one waits."""
+"""Number of cases under way for each worker: one is driven, one waits."""
 SILENCE = 1800.0
-"""A campaign in which no case ends for so long has lost its workers [s]: joblib does not say so."""
+"""After this time without the end of a case the workers are lost [s]: joblib does not say so."""
 DEATHS = 2
-"""A case that has ended so many workers of a Dask cluster is not driven again."""
+"""A case that has ended this number of workers of a Dask cluster is not driven again."""
 DIED = "its worker process ended while it was under way"
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
 class DrawnCase(Protocol):
-    """A case that is drawn where it is driven: workers are sent no more than its attributes.
+    """A case that is drawn where it is driven: workers are sent its attributes only.
 
     Attributes:
         index: 0 ... MOST - 1; name: of its scenario; run: method, preset and seed, as `batch.Case` has them.
@@ -81,21 +81,16 @@ def run_campaign(
 
     Args:
         folder: exists; files of an earlier campaign in it are replaced.
-        jobs: number of processes; default: one a core.
-        dask: address of the scheduler of a Dask cluster, which drives the cases instead.
-        drive: makes a row of a case.
-        progress: given (done, in all) after each case.
+        jobs: number of processes, default: one a core; dask: address of a Dask cluster's scheduler instead.
+        drive: makes a row of a case; progress: called with (done, in all).
 
-    Raises InputError for jobs < 1, CampaignError where the workers are lost, MissingExtraError where Dask is
-    missing, OSError where the rows can't be written.
+    Raises InputError for jobs < 1, CampaignError for lost workers, MissingExtraError without Dask, OSError.
     """
-    if jobs is not None and jobs < 1:
-        raise InputError(f"jobs = {jobs}: must be >= 1")
+    workers = checked_jobs(jobs)
     with ExitStack() as stack:
-        rows, times = (
-            stack.enter_context((folder / name).open("w", encoding="utf-8")) for name in (ROWS, TIMES)
-        )
-        options = _workers(stack, jobs or os.cpu_count() or 1, dask)
+        files = ((folder / name).open("w", encoding="utf-8") for name in (ROWS, TIMES))
+        rows, times = map(stack.enter_context, files)
+        options = _workers(stack, workers, dask)
         driven = stack.enter_context(closing(_driven(drive, iter(cases), options)))
         for done, row in enumerate(driven, start=1):
             _write(rows, row.table())
@@ -106,10 +101,7 @@ def run_campaign(
 
 
 def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
-    """The rows of a campaign in the order in which they ended; an incomplete last line is left out.
-
-    Raises InputError for a file that can't be read, or a line that is no row.
-    """
+    """The rows of a campaign as they ended, without an incomplete last line. Raises InputError."""
     try:
         lines = content(folder / file, RECORDING).split(b"\n")[:-1]
         return [dict(from_json(line)) for line in lines]
@@ -118,15 +110,12 @@ def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
 
 
 def _write(file: TextIO, table: Mapping[str, Any]) -> None:
-    """One line, handed to the system at once."""
     file.write(json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n")
     file.flush()
 
 
 def _workers(stack: ExitStack, jobs: int, dask: str | None) -> dict[str, Any]:
     """Options of joblib's `Parallel` for processes or, while `stack` is open, for a cluster."""
-    from joblib import parallel_config
-
     if dask is None:
         # Joblib would drive a single job in this process, which a case may end: a second one stands by.
         stack.enter_context(parallel_config("loky", n_jobs=max(jobs, 2), inner_max_num_threads=1))
@@ -151,38 +140,38 @@ def _driven(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]
     while True:
         under_way: dict[int, DrawnCase] = {}
         try:
-            for row in _parallel(drive, _noted(cases, under_way), options):
-                del under_way[row.index]
-                yield row
+            yield from _parallel(drive, cases, under_way, options)
             return
         except BrokenProcessPool:
             suspects = list(under_way.values())
         for case in suspects:
             try:
-                yield from _parallel(drive, iter([case]), options)
+                yield from _parallel(drive, iter([case]), {}, options)
             except BrokenProcessPool:
                 yield undriven_row(case, CaseOutcome.WORKER_DIED, DIED)
 
 
-def _parallel(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]) -> Generator[CampaignRow]:
-    """Rows as they end. Raises BrokenProcessPool where a process of this machine ended."""
-    from joblib import Parallel, delayed
-
+def _parallel(
+    drive: Drive, cases: Iterator[DrawnCase], under_way: dict[int, DrawnCase], options: Mapping[str, Any]
+) -> Generator[CampaignRow]:
+    """Rows as they end; `under_way` holds the others. Raises BrokenProcessPool where a process ended."""
     parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=SILENCE, **options)
+
+    def tasks() -> Iterator[Any]:
+        for case in cases:
+            under_way[case.index] = case
+            yield delayed(_row)(drive, case)
+
     try:
-        yield from parallel(delayed(_row)(drive, case) for case in cases)
+        for row in parallel(tasks()):
+            del under_way[row.index]
+            yield row
     except TimeoutError as error:
         raise CampaignError(f"no case has ended for {SILENCE:g} s: the workers are lost") from error
 
 
-def _noted(cases: Iterator[DrawnCase], under_way: dict[int, DrawnCase]) -> Iterator[DrawnCase]:
-    for case in cases:
-        under_way[case.index] = case
-        yield case
-
-
 def _row(drive: Drive, case: DrawnCase) -> CampaignRow:
-    """The row of a case, in a worker; where `drive` raises, one that says so."""
+    """The row of a case, in a worker; where `drive` raises, a row with the exception."""
     with _counted(case) as before:
         if before >= DEATHS:
             return undriven_row(case, CaseOutcome.WORKER_DIED, DIED)

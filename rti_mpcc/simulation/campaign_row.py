@@ -1,6 +1,6 @@
-"""What a campaign keeps of a case: one row, the same whatever drove it, where and when.
+"""One row for each case of a campaign, the same on each machine and by any number of workers.
 
-A row holds nothing of the machine. What was timed is kept apart from it, for another file.
+What was timed is kept apart from it, for another file.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.batch import DrivenCase
 from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.types import Source, Status
@@ -28,7 +28,7 @@ class CaseOutcome(Enum):
     DOCKED = "docked"
     """Inside tolerance of the true goal and standing, and so at the end; and the controller says so."""
     UNCONFIRMED = "unconfirmed"
-    """The same, but the controller does not say so."""
+    """Docked, but the controller does not say so."""
     UNFINISHED = "unfinished"
     """The time ran out."""
     STALLED = "stalled"
@@ -71,41 +71,37 @@ class CampaignRow:
         return table
 
 
-def row_of(index: int, outcome: Outcome, drawn: Drawn) -> CampaignRow:
+def row_of(index: int, driven: DrivenCase, drawn: Drawn) -> CampaignRow:
     """The row of a case that was driven."""
-    result = outcome.result
-    statuses = Counter(status.value for status in result.cycles.status)
-    figures = untimed(outcome.figures)
-    figures["cycles_by_status"] = dict(sorted(statuses.items()))
-    figures["failures_driven"] = failures_driven(result.cycles)
-    ended = outcome_of(result, docked=figures["docked"])
-    reasons = [] if ended is CaseOutcome.DOCKED else [reason for reason in result.cycles.reason if reason]
-    timed = {name: outcome.figures[name] for name in ("cycle_ms", "deadline_misses")}
-    late = zip(result.cycles.status, result.cycles.deadline_missed, strict=True)
-    timed["misses"] = Counter(status.value for status, missed in late if missed)
+    result, cycles = driven.result, driven.result.cycles
+    statuses = Counter(status.value for status in cycles.status)
+    counts = {"cycles_by_status": dict(sorted(statuses.items())), "failures_driven": failures_driven(cycles)}
+    outcome = outcome_of(result, docked=driven.figures["docked"])
+    reasons = [] if outcome is CaseOutcome.DOCKED else [reason for reason in cycles.reason if reason]
+    timed = {name: driven.figures[name] for name in ("cycle_ms", "deadline_misses")}
+    timed["misses"] = Counter(status.value for status in cycles.status[cycles.deadline_missed])
     return CampaignRow(
         index=index,
         scenario=result.scenario.name,
-        outcome=ended,
+        outcome=outcome,
         detail=reasons[-1] if reasons else "",
         **drawn,
-        figures=figures,
+        figures={**untimed(driven.figures), **counts},
         timed={**timed, "planning_s": None if result.planning is None else result.planning.seconds},
     )
 
 
 def outcome_of(result: RunResult, *, docked: bool) -> CaseOutcome:
     """How a run ended, by its figures and the controller's last status."""
+    last = result.cycles.status[-1] if len(result.cycles) else None
     if docked:
-        said = result.cycles.status[-1] is Status.DOCKED
-        return CaseOutcome.DOCKED if said else CaseOutcome.UNCONFIRMED
+        return CaseOutcome.DOCKED if last is Status.DOCKED else CaseOutcome.UNCONFIRMED
     if result.ended != "stopped":
         return CaseOutcome.UNFINISHED
-    failed = result.cycles.status[-1] is Status.FAILED
-    return CaseOutcome.FAILED if failed else CaseOutcome.STALLED
+    return CaseOutcome.FAILED if last is Status.FAILED else CaseOutcome.STALLED
 
 
 def failures_driven(cycles: Cycles) -> int:
     """Cycles whose QP was refused and whose command is its solution all the same: there must be none."""
-    driven = np.array([source is Source.SOLUTION for source in cycles.source])
+    driven = np.array([source is Source.SOLUTION for source in cycles.source], dtype=np.bool_)
     return int(np.count_nonzero(cycles.failed & driven))

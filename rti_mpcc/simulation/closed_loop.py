@@ -8,42 +8,29 @@ from time import perf_counter
 from typing import Any, Protocol
 
 import numpy as np
-import shapely
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from geometry.outline import outline_at
-from rti_mpcc.config import ControllerConfig, Vehicle
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.camera_detector import CameraDetector, Seen
 from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, planner_in
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
-from rti_mpcc.simulation.result import (
-    DOCK_TIME,
-    STANDSTILL_SPEED,
-    Cycles,
-    Planning,
-    RunResult,
-    Tracking,
-    Truth,
-)
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Planning, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenery import Obstacles, Scenery
-from rti_mpcc.types import Array, Command, Status, VehicleState
+from rti_mpcc.simulation.scenery import Outlines, Scenery, touches, with_body
+from rti_mpcc.types import Command, Status, VehicleState
 
 AFTER_DOCKING = 0.5
-"""The run goes on so long after docking [s]."""
+"""The run continues for this time after docking [s]."""
 UNTIL_SAID = 5.0
-"""So long [s] a docked vehicle is watched for the controller to say so."""
+"""A docked vehicle is watched for this time at most until the controller says so [s]."""
 AFTER_STOP = 5.0
-"""The run goes on so long after a latched stop [s]."""
+"""The run continues for this time after a latched stop [s]."""
 LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.GOAL_REJECTED, Status.FAILED)
-TOUCHING = 1e-3
-"""Bodies that are nearer to one another are in contact [m]."""
 
 
 class Controller(Protocol):
@@ -56,12 +43,12 @@ class Controller(Protocol):
         now: float,
         goal: Pose2 | None = None,
         measurements: Sequence[GoalMeasurement] = (),
-        obstacles: Obstacles | None = None,
+        obstacles: Outlines | None = None,
     ) -> Command:
         """The command to apply until the next step, see `DockingController.step`.
 
-        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only. In
-        the cycles of a fault of the solver, and only there, `clock` is passed: `DockingController.step`.
+        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only, and a
+        `clock` in the cycles of a fault of the solver only.
         """
         ...
 
@@ -75,7 +62,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     controller: Controller | None = None,
     start: VehicleState | None = None,
-    obstacles_at: Callable[[float], Obstacles] | None = None,
+    obstacles_at: Callable[[float], Outlines] | None = None,
     goal_source: GoalSource = GoalSource.DETECTED,
     detector: Detector | None = None,
     seen: Seen | None = None,
@@ -84,25 +71,22 @@ def simulate(
 
     Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. The run waits
     for the controller to say so, for 5 s at most, and for the end of a fault that acts. A stop counts from
-    the end of the last fault on. Garbage collection stays on, as in a user's program.
+    the end of the last fault on.
 
     Args:
-        preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
-            the detections, each by a stream of its own.
+        preset, method, seed: as on the command line; measured state and detections have a random stream each.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
-        start: true state at the beginning; default: at rest on the path's first pose or at the scenario's
-            start, steering straight.
-        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or besides those
-            of its area; those of its faults come on top. They are given to the controller every cycle.
-        goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
-            the default is allowed.
+        start: true state at the beginning; default: at rest at the scenario's start, wheels straight.
+        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or beside those
+            of its area; those of its faults are added. The controller is given them every cycle.
+        goal_source: how the goal is known; must be the default in a run without a detector.
         detector: looks for the goal in place of the one that the scenario describes.
         seen: called with every picture of the scenario's camera: stamp [s], picture, and the detection that
             the controller is given of it, or None.
 
-    Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
-    where there is none, or a command that is not finite.
+    Raises InputError for an unknown preset or method, a negative seed, a goal source without a detector, or a
+    command that is not finite.
     """
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
@@ -111,13 +95,10 @@ def simulate(
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     path = None if scenario.in_area else scenario.build_path()
     corridor = None if path is None else scenario.build_corridor(path)
-    area = scenario.build_area() if scenario.in_area else None
     goal = scenario.goal_pose(path)
     if start is None:
         at = scenario.start_pose()
         start = VehicleState(x=at.x, y=at.y, phi=at.phi, v=0.0, delta=0.0)
-    if controller is None:
-        controller = mission_of(scenario, controller_of(scenario, config))
     feed = GoalFeed(
         source=source,
         planned=scenario.planned_goal(path),
@@ -125,10 +106,14 @@ def simulate(
         shifts=scenario.goal.shifts,
         detector=_detector(scenario, seed, seen) if detector is None else detector,
     )
-    blocking = tuple(fault for fault in scenario.faults if fault.kind == "blocked")
     scenery = Scenery(
-        path=path, corridor=corridor, vehicle=config.vehicle, faults=blocking, obstacles_at=obstacles_at
+        path=path,
+        corridor=corridor,
+        vehicle=config.vehicle,
+        faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
+        obstacles_at=obstacles_at,
     )
+    controller = controller or mission_of(scenario, controller_of(scenario, config))
     run = _Run(scenario, config, controller, scenery, feed, start, seed)
     ended = run.to_its_end(progress or (lambda time: None))
     log = () if run.mission is None else run.mission.log
@@ -140,42 +125,18 @@ def simulate(
         seed=seed,
         goal_source=source,
         config=config,
+        detector=watched,
         paths=tuple(run.paths),
-        corridors=tuple((t, corridor.with_obstacles(some)) for t, some in changes) if corridor else (),
-        area=area,
-        besides=tuple((t, tuple(some)) for t, some in changes) if area else (),
+        obstacles=tuple((time, tuple(map(np.asarray, some))) for time, some in changes),
+        corridor=corridor,
+        area=scenario.build_area() if scenario.in_area else None,
         planning=run.planning(),
         truth=Truth.of(run.samples, run.parameters),
-        cycles=Cycles.of(run.cycle_times, run.commands, run.step_ms),
-        tracking=Tracking.of(run.cycle_times, run.commands) if watched else None,
+        cycles=cycle_table(run.cycle_times, run.commands, run.step_ms),
         mission=log,
         mission_result=None if run.mission is None else run.mission.result,
         ended=ended,
     )
-
-
-def with_body(
-    changes: Sequence[tuple[float, Obstacles]],
-    log: Sequence[StepRecord],
-    goal: Pose2,
-    body: Sequence[tuple[float, float]] | None,
-) -> list[tuple[float, Obstacles]]:
-    """The obstacles of each time, with what is docked at until the vehicle drives on straight to touch it."""
-    if body is None:
-        return list(changes)
-    outline = outline_at(body, goal)
-    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
-    if touched is None:
-        return [(at, (*some, outline)) for at, some in changes]
-    found = [(at, (*some, outline)) for at, some in changes if at < touched]
-    last = next((some for at, some in reversed(changes) if at <= touched), ())
-    return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
-
-
-def touches(pose: Pose2, vehicle: Vehicle, body: Array) -> bool:
-    """Whether the vehicle is in contact with what is docked at, an outline (k, 2) in the world [m]."""
-    own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
-    return bool(own.distance(shapely.Polygon(body)) <= TOUCHING)
 
 
 def _detector(scenario: Scenario, seed: int, seen: Seen | None) -> Detector | None:
@@ -188,7 +149,7 @@ def _detector(scenario: Scenario, seed: int, seen: Seen | None) -> Detector | No
 
 
 class _Run:
-    """The run under way: what it runs with, where it is, and what was recorded."""
+    """The state of a run, and its records."""
 
     def __init__(
         self,
@@ -207,7 +168,7 @@ class _Run:
         self.disturbances = Disturbances(faults=scenario.faults)
         self.plant = PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
         if self.planner is not None:
-            # Where a given path cannot be driven the controller has made it smooth.
+            # The controller smooths a given path where it cannot be driven.
             scenery.path = self.planner.path
         self.paths: list[tuple[float, ReferencePath]] = [] if scenery.path is None else [(0.0, scenery.path)]
         # Progress along the route [m], and its active part.
@@ -230,7 +191,7 @@ class _Run:
 
     @property
     def path(self) -> ReferencePath | None:
-        """The route that is driven, the last one while another one is planned."""
+        """The current route, or the last one while the controller replans."""
         return self.paths[-1][1] if self.paths else None
 
     def to_its_end(self, progress: Callable[[float], None]) -> str:
@@ -262,10 +223,12 @@ class _Run:
         self.plant = advance(self.plant, self.parameters, until)
 
     def _control(self, now: float) -> None:
-        """One cycle: measure, step, send the command off; or lose it."""
+        """One cycle: measure, step, issue the command; or lose the cycle."""
         plant, faults = self.plant, self.disturbances
         self.feed.approach(plant.pose)
-        measured = self._measure()
+        noise = self.random.standard_normal(5) * self.scenario.simulation.state_noise
+        exact = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta])
+        measured = VehicleState(*(exact + noise).tolist())
         state = faults.measured(measured, now)
         obstacles = self.scenery.obstacles(now, plant.pose, self.part, self.theta)
         if faults.acting("lost_cycles", now):
@@ -277,23 +240,10 @@ class _Run:
         self.cycle_times.append(now)
         self.commands.append(command)
         self._onto_route(command, now)
-        self.plant = issue(
-            plant,
-            self.parameters,
-            acceleration=command.acceleration,
-            steering_rate=command.steering_rate,
-            delay=faults.total("late_cycles", now),
-        )
+        rates = {"acceleration": command.acceleration, "steering_rate": command.steering_rate}
+        self.plant = issue(plant, self.parameters, **rates, delay=faults.total("late_cycles", now))
 
-    def _measure(self) -> VehicleState:
-        """The state with its noise."""
-        plant = self.plant
-        noise = self.random.standard_normal(5) * self.scenario.simulation.state_noise
-        values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
-        return VehicleState(*values.tolist())
-
-    def _arguments(self, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
-        """The arguments of a step besides state and time."""
+    def _arguments(self, now: float, measured: VehicleState, obstacles: Outlines) -> dict[str, Any]:
         feed, faults = self.feed, self.disturbances
         goal, detections = feed.given(now, measured)
         if feed.detector is not None and feed.source is GoalSource.DETECTED:
@@ -307,23 +257,18 @@ class _Run:
         if self.scenery.changing:
             arguments["obstacles"] = obstacles
         if self.mission is not None:
-            arguments["signal"] = self._in_contact()
+            body = self.scenario.goal.body
+            outline = None if body is None else outline_at(body, feed.goal)
+            arguments["signal"] = touches(self.plant.pose, self.config.vehicle, outline)
         if (clock := faults.clock(now, self.config.deadline)) is not None:
             arguments["clock"] = clock
         return arguments
 
-    def _in_contact(self) -> bool:
-        """Whether the vehicle touches what it docks at."""
-        body = self.scenario.goal.body
-        if body is None:
-            return False
-        return touches(self.plant.pose, self.config.vehicle, outline_at(body, self.feed.goal))
-
     def _onto_route(self, command: Command, now: float) -> None:
-        """Count progress on the part that is driven now, maybe of a route that was planned in this cycle."""
+        """Count progress on the current part, which may be of a route that was planned in this cycle."""
         path = self.path if self.planner is None else self.planner.path
         if path is None:
-            return  # it stands and plans: the route that it was on is over
+            return  # the vehicle stands and plans: its last route is over
         another = path is not self.path
         if another:
             self.scenery.path = path
@@ -343,9 +288,9 @@ class _Run:
     def _ending(self, time: float) -> str | None:
         """Why the run ends now, or None.
 
-        A docked vehicle is watched until its controller says so, but no longer than `UNTIL_SAID`, and to the
-        end of the faults that act on it, not until others that come much later. One that has stopped may go
-        on when the last fault is over. A mission ends by itself.
+        A docked vehicle is watched until its controller says so, for `UNTIL_SAID` at most, and to the end of
+        the faults that act on it. A stopped vehicle may drive on after the last fault. A mission ends by
+        itself.
         """
         if self.mission is not None:
             over = self._since("over", self.mission.over, time)
@@ -365,7 +310,7 @@ class _Run:
         return None
 
     def _since(self, name: str, condition: bool, time: float) -> float:
-        """Since when a condition has been true [s]; inf where it is not."""
+        """Time since which a condition holds without a break [s]; inf where it does not hold."""
         if not condition:
             self.since.pop(name, None)
             return inf

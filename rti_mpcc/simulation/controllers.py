@@ -1,4 +1,4 @@
-"""The controller of a scenario, and what it is asked besides its commands: its route, and its mission."""
+"""The controller of a scenario with its mission, and both of them inside of wrappers."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from rti_mpcc.types import MissionResult
 
 def planner_in(controller: object) -> DockingController | None:
     """The controller, or the one that it is wrapped around, if it plans its route."""
-    core: Any = _wrapped(controller)[-1]
+    core: Any = wrapped(controller)[-1]
     return core if hasattr(core, "replans") else None
 
 
 def mission_in(controller: object) -> DockingMission | None:
     """The controller, or what it is wrapped around, if that is a mission."""
-    return next((each for each in _wrapped(controller) if hasattr(each, "docks")), None)
+    return next((each for each in wrapped(controller) if hasattr(each, "docks")), None)
 
 
-def _wrapped(controller: object) -> list[Any]:
-    """The controller, what that is wrapped around, and so on."""
+def wrapped(controller: object) -> list[Any]:
+    """The controller, the one that it is wrapped around, and so on."""
     found = [controller]
     while (inner := getattr(found[-1], "controller", None)) is not None:
         found.append(inner)
@@ -62,33 +62,24 @@ def docking_controller(
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController:
-    """The controller that `simulate` makes from a scenario, without its mission: to wrap it in something.
+    """The controller that `simulate` makes, without the mission: to wrap it in something.
 
-    Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is
-    none.
+    Raises InputError.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     return controller_of(scenario, config)
 
 
-def driver_of(
-    scenario: Scenario,
-    *,
-    preset: str = "default",
-    method: str = "dynamic",
-    goal_source: GoalSource = GoalSource.DETECTED,
-) -> DockingController | DockingMission:
-    """`docking_controller` with the scenario's mission, if it has one: to wrap it, in a recorder say."""
-    core = docking_controller(scenario, preset=preset, method=method, goal_source=goal_source)
-    return mission_of(scenario, core)
+def driver_of(scenario: Scenario, **options: Any) -> DockingController | DockingMission:
+    """`docking_controller` and its options, with the scenario's mission if there is one."""
+    return mission_of(scenario, docking_controller(scenario, **options))
 
 
 def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bool:
-    """Whether a mission came to its end with all of its steps; True where there was none.
+    """Whether a mission ended and the last try of each step succeeded; True where there was none.
 
-    A step that was tried again counts by its last try. A mission that goes on after a failed step
-    (`then="continue"`) succeeds, but not with all of its steps.
+    A mission that continues after a failed step (`then="continue"`) succeeds, but not with all of its steps.
     """
     last_tries = {record.place: record.result for record in log}
     succeeded = MissionResult.SUCCEEDED

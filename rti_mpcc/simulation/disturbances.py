@@ -8,21 +8,42 @@ from typing import TypeVar
 
 from estimation import GoalMeasurement
 from geometry import Pose2
-from rti_mpcc.simulation.forced_clock import ForcedClock
+from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.sections.faults import FaultSection, Kind
 from rti_mpcc.types import VehicleState
 
 Placed = TypeVar("Placed", VehicleState, GoalMeasurement)
 
+FAILED = Stop("forced to fail", 0)
+_TIMED_OUT = Stop(TIME_IS_UP, 0)
+"""After no iteration: after a few iterations a QP may be solved."""
+
+
+class ForcedClock(CycleClock):
+    """A wall clock that ends every QP before it starts.
+
+    The QPs fail, or, if `timed_out`, are stopped by their time limit and the deadline [s] is missed.
+    """
+
+    def __init__(self, deadline: float | None, *, timed_out: bool) -> None:
+        super().__init__(deadline)
+        self._timed_out = timed_out
+
+    def stop(self) -> Stop:
+        """How every QP ends."""
+        return _TIMED_OUT if self._timed_out else FAILED
+
+    def _passed(self, passed: bool) -> bool:
+        return passed or self._timed_out
+
 
 @dataclass(slots=True, kw_only=True)
 class Disturbances:
-    """The faults of a run on its clock; plant and scenery know their own.
+    """The faults of a run that act between vehicle and controller.
 
-    Attributes:
-        faults: all of the run.
-        frozen: the measured state that each `frozen_state` holds.
+    `frozen`: the state of each `frozen_state`.
     """
 
     faults: tuple[FaultSection, ...]
@@ -49,7 +70,7 @@ class Disturbances:
     def goal(self, goal: Pose2 | None, now: float, path_end: Pose2) -> Pose2 | None:
         """The goal that the controller is given.
 
-        No goal at all is the path's end, which has to be given once another one was.
+        The path's end where no goal is given after another one was.
         """
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
             return goal
@@ -75,13 +96,12 @@ class Disturbances:
 
 
 def _beside(placed: Placed, left: float) -> Placed:
-    """A state or a detection, so far to its left [m]."""
     x, y = placed.x - left * sin(placed.phi), placed.y + left * cos(placed.phi)
     return replace(placed, x=x, y=y)
 
 
 def _pose_without_numbers() -> Pose2:
-    """A pose of NaN, made around the check that refuses it: as one that was read from a broken message."""
+    """A pose of NaN, as from a broken message: `Pose2` itself refuses it."""
     pose = object.__new__(Pose2)
     for name in ("x", "y", "phi"):
         object.__setattr__(pose, name, nan)

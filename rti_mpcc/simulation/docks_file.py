@@ -52,18 +52,14 @@ TwoPositive = Annotated[tuple[Positive, Positive], Field(strict=False)]
 
 
 class ContactSection(Section):
-    """The move that ends in contact, see `Straight`: distance [m], limits [m/s], [rad], tolerance [m], [rad].
-
-    What is not given is as `Straight` has it.
-    """
+    """The move that ends in contact, with the keys and defaults of `Straight`."""
 
     distance: float = Field(ge=-100.0, le=100.0)
     speed: Positive | None = None
     steering: Positive | None = None
     tolerance: TwoPositive | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """No distance."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.distance == 0.0:
             yield KeyProblem("distance", self.distance, "must not be 0")
 
@@ -88,8 +84,7 @@ class DockSection(Section):
             raise ValueError("must be text in one line, without blanks at its ends")
         return name
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """A body that is no polygon or is missing, a board too many, too few or with too few markers."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.body is not None:
             yield from polygon_problems("body", self.body)
         if self.uncertainty is not None and (self.body is None or self.approach is None):
@@ -131,8 +126,7 @@ class DocksSection(Section):
     vehicle: VehicleTable = Vehicle()
     area: AreaSection | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Docks of one name, boards that share markers, and overlaps where all else is right."""
+    def _problems(self) -> Iterator[KeyProblem]:
         wrong = []
         for (one, first), (other, second) in combinations(enumerate(self.docks), 2):
             if first.name == second.name:
@@ -153,12 +147,7 @@ class DocksSection(Section):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Docks:
-    """The content of a file of docks.
-
-    Attributes:
-        docks: by name, in the order of the file.
-        vehicle: that docks there; area: what stands around them, or None.
-    """
+    """The docks of a file by name, in its order, the vehicle that docks there, and the area or None."""
 
     docks: dict[str, Dock]
     vehicle: Vehicle
@@ -180,35 +169,33 @@ def read_docks(file: str | Path) -> Docks:
 
 def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
     """What the body of a vehicle meets at the docks, and on the approach to them."""
-    area = None if docks.area is None else SolidThings.of(docks.area)
 
-    def depth_in(solid: SolidThings, poses: list[Pose2]) -> float:
+    def depth_in(area: Area, poses: list[Pose2]) -> float:
         rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-        return -float(solid.clearance(rows, docks.vehicle).min())
+        return -float(SolidThings.of(area).clearance(rows, docks.vehicle).min())
 
     for place, dock in enumerate(docks.docks.values()):
         pose = dock.pose
         assert pose is not None
-        # Where the vehicle will be: key and value that say so, in words, and its poses there.
-        stretches: list[tuple[str, object, str, list[Pose2]]] = [
-            ("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])
+        key = f"dock[{place}]"
+        driven: list[tuple[KeyProblem, list[Pose2]]] = [
+            (KeyProblem(f"{key}.pose", [pose.x, pose.y, pose.phi], "the docked vehicle"), [pose])
         ]
         if dock.approach is not None:
-            stretches.append(("approach.length", dock.approach.length, "the approach", approach_poses(dock)))
-        for key, value, words, poses in stretches:
-            if area is not None and (depth := depth_in(area, poses)) > ROUNDING:
-                allowed = f"{words} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
-                yield KeyProblem(f"dock[{place}].{key}", value, allowed)
+            approach = KeyProblem(f"{key}.approach.length", dock.approach.length, "the approach")
+            driven.append((approach, approach_poses(dock)))
+        depths = [0.0 if docks.area is None else depth_in(docks.area, poses) for _, poses in driven]
+        for (problem, _), depth in zip(driven, depths, strict=True):
+            if depth > ROUNDING:
+                clear = f"must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
+                yield problem._replace(allowed=f"{problem.allowed} {clear}")
                 break
         if (outline := dock.body_at(pose)) is None:
             continue
-        body = SolidThings.of(Area(obstacles=[outline]))
-        for _, _, words, poses in stretches:
-            if (depth := depth_in(body, poses)) > ROUNDING:
-                value = np.asarray(dock.body).tolist()
-                yield KeyProblem(
-                    f"dock[{place}].body", value, f"must not overlap {words}, does by {depth:.2g} m"
-                )
+        for problem, poses in driven:
+            if (depth := depth_in(Area(obstacles=[outline]), poses)) > ROUNDING:
+                allowed = f"must not overlap {problem.allowed}, does by {depth:.2g} m"
+                yield KeyProblem(f"{key}.body", np.asarray(dock.body).tolist(), allowed)
                 break
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import cos, hypot, pi, sin
@@ -34,10 +33,7 @@ class GoalSource(Enum):
 
 
 def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
-    """How the goal is known in a run of the scenario of this name, with or without a detector.
-
-    Raises InputError where a source is asked for that needs a detector, and there is none.
-    """
+    """How the goal is known in a run of this scenario. Raises InputError if that needs a detector."""
     if detector:
         return asked
     if asked is not GoalSource.DETECTED:
@@ -49,11 +45,10 @@ def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource
 
 
 class Detector(Protocol):
-    """What can be put into the loop to look for the goal.
+    """A detector of the goal in the loop.
 
     Attributes:
-        rate: exposures a second [Hz].
-        delay: from an exposure to the arrival of its detection [s].
+        rate: number of exposures a second [Hz]; delay: time from an exposure to its detection's arrival [s].
     """
 
     @property
@@ -64,32 +59,36 @@ class Detector(Protocol):
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
         """The detection of `goal` from `vehicle` (both true poses) at `stamp` [s], or None.
 
-        Args:
-            last_part: whether the vehicle is on the last part of its route.
+        `last_part`: whether the vehicle is on the last part of its route.
         """
         ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SimulatedDetector:
-    """Detections in the vehicle's frame by the laws of [goal.measurement]. See `Detector`.
-
-    Each exposure draws the same number of random values whatever it sees, so that two runs with one seed
-    have the same noise.
-    """
+class TimedDetector:
+    """A `Detector` with the rate and the delay of a [goal.measurement]."""
 
     section: MeasurementSection
-    random: np.random.Generator
 
     @property
     def rate(self) -> float:
-        """Exposures a second [Hz]."""
+        """See `Detector`."""
         return self.section.rate
 
     @property
     def delay(self) -> float:
-        """From exposure to arrival [s]."""
+        """See `Detector`."""
         return self.section.delay
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedDetector(TimedDetector):
+    """Detections in the vehicle's frame by the laws of [goal.measurement].
+
+    Each exposure draws the same number of random values: two runs with one seed have the same noise.
+    """
+
+    section: MeasurementSection
+    random: np.random.Generator
 
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
         """See `Detector`."""
@@ -113,15 +112,13 @@ class SimulatedDetector:
 
 @dataclass(slots=True, kw_only=True)
 class GoalFeed:
-    """The true goal, the detector on the clock of a run, and what the controller is given of the goal.
+    """The true goal, the detector on the clock of a run, and the goal that the controller is given.
 
     Attributes:
         source: how the goal is known; planned: the goal at the start, None for the path's last pose.
         goal: the true one; shifts: of it still to come; moved: whether there was one.
-        detector: of the goal, or None.
-        exposures: number of them; under_way: detections and when they arrive [s].
-        newest, stamp: the goal by the newest raw detection, and its stamp [s].
-        poses: where the vehicle was measured, to place raw detections by.
+        exposures: number of them; under_way: (arrival [s], detection).
+        newest, stamp: the goal by the newest raw detection, and its stamp [s]; poses: to place it.
     """
 
     source: GoalSource
@@ -168,12 +165,9 @@ class GoalFeed:
         if self.source is GoalSource.DETECTED:
             return self.planned, arrived
         self.poses = self.poses.noted(now, Pose2(state.x, state.y, state.phi), length=RAW_HISTORY)
-        self._take(arrived)
-        return (self.planned if self.newest is None else self.newest), ()
-
-    def _take(self, measurements: Sequence[GoalMeasurement]) -> None:
-        for measurement in measurements:
+        for measurement in arrived:
             placed = replace(measurement, vehicle=measurement.vehicle or self.poses.at(measurement.stamp))
             detection = in_world(placed, GoalFilterConfig())
             if not isinstance(detection, str) and detection.stamp > self.stamp:
                 self.newest, self.stamp = detection.pose, detection.stamp
+        return (self.planned if self.newest is None else self.newest), ()

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import Pose2
+from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
+from geometry import Pose2, wrap
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
-from rti_mpcc.simulation.goal_metrics import ERRORS, errors_to, goal_summary, rows_at
+from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth, cusps_of
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
-"""Figures of `summary` that are not the same the next time."""
-_OF_TRUTH = tuple(name for name in Comfort._fields if name != "jerk")
+"""Figures of `summary` that differ from run to run."""
+_ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
 _SLICE = 500
 """Bodies checked in one call: bounds the memory of the exact check."""
@@ -39,7 +41,7 @@ def summary(result: RunResult) -> dict[str, Any]:
     standing = inside & (np.abs(truth.v) <= STANDSTILL_SPEED)
     to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
     to_dock = time_to_dock(truth.times, standing)
-    end, clearance = _end_of_docking(result), float(np.min(clearances(result)))
+    end, clearance = _end_of_docking(result), float(np.min(body_clearances(result)))
     return {
         "scenario": result.scenario.name,
         "method": result.method,
@@ -78,9 +80,62 @@ def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
     return same
 
 
+def errors_to(goals: Array, poses: Array) -> Array:
+    """(n, 3) longitudinal [m], lateral [m], heading [rad]: poses (n, 3) in the frames of goals (n, 3)."""
+    difference = poses - goals
+    c, s = np.cos(goals[:, 2]), np.sin(goals[:, 2])
+    longitudinal = c * difference[:, 0] + s * difference[:, 1]
+    lateral = -s * difference[:, 0] + c * difference[:, 1]
+    return np.stack([longitudinal, lateral, wrap(difference[:, 2])], axis=-1)
+
+
 def goal_errors(truth: Truth) -> Array:
     """(n, 3) longitudinal [m], lateral [m] and heading [rad] error to the true goal, in the goal's frame."""
     return errors_to(truth.goals, truth.poses)
+
+
+def goal_estimates(goals: Sequence[GoalEstimate | None]) -> Array:
+    """(m, 3) estimates of the goal x [m], y [m], heading [rad]; NaN where there is none."""
+    poses = [goal.pose if goal else None for goal in goals]
+    rows = [(pose.x, pose.y, pose.phi) if pose else (np.nan,) * 3 for pose in poses]
+    return np.reshape(np.array(rows, dtype=np.float64), (-1, 3))
+
+
+def detections_of(cycles: Cycles) -> list[Judgement]:
+    """All detections that the controller was given, in order of arrival."""
+    return [judged for given in cycles.detections for judged in given]
+
+
+def goal_summary(result: RunResult) -> dict[str, Any] | None:
+    """How well the goal was known; None in a run without a detector, figures of an unused filter are None.
+
+    A detection that started an estimate is accepted. The mean NIS of the accepted ones is 3 where the filter
+    knows its noise.
+    """
+    cycles, judgements = result.cycles, detections_of(result.cycles)
+    if not result.detector:
+        return None
+    outcomes = [judged.outcome for judged in judgements]
+    counts = {
+        "detections": len(outcomes),
+        "accepted": sum(judged.accepted for judged in judgements),
+        "rejected": outcomes.count(Outcome.REJECTED),
+        "refused": outcomes.count(Outcome.REFUSED),
+    }
+    estimates = goal_estimates(cycles.goal)
+    known = np.flatnonzero(np.isfinite(estimates).all(axis=1))[-1:]
+    error = errors_to(result.truth.goals[result.truth.rows_at(cycles.times[known])], estimates[known])
+    nis = [each.nis for each in judgements if each.outcome is Outcome.ACCEPTED and each.nis is not None]
+    seen = [goal is not None and goal.status is not GoalStatus.SEARCHING for goal in cycles.goal]
+    last = cycles.goal[-1] if len(seen) else None
+    return {
+        "source": result.goal_source.value,
+        **(counts if result.goal_source is GoalSource.DETECTED else dict.fromkeys(counts)),
+        "first_seen_s": float(cycles.times[seen.index(True)]) if any(seen) else None,
+        "estimate_error": _named(error[0]) if len(known) else dict.fromkeys(_ERRORS),
+        "mean_nis": float(np.mean(nis)) if nis else None,
+        "final_status": None if last is None else last.status.value,
+    }
 
 
 def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
@@ -92,21 +147,16 @@ def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
 
 
 def _named(error: Array) -> dict[str, float]:
-    return dict(zip(ERRORS, error.tolist(), strict=True))
+    return dict(zip(_ERRORS, error.tolist(), strict=True))
 
 
 def _end_of_docking(result: RunResult) -> int:
     """The sample at which the vehicle is to stand at its goal: the last one, or that of the last docking."""
     ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
-    return _row_at(result.truth, ends[-1]) if ends else len(result.truth.times) - 1
-
-
-def _row_at(truth: Truth, time: float) -> int:
-    return int(rows_at(truth, np.array([time]))[0])
+    return int(result.truth.rows_at(ends[-1:])[0]) if ends else len(result.truth.times) - 1
 
 
 def _mission(result: RunResult) -> dict[str, Any]:
-    """The results of the mission, and of each step that was started; nothing without one."""
     if result.mission_result is None:
         return {}
     steps = [
@@ -126,53 +176,47 @@ def _mission(result: RunResult) -> dict[str, Any]:
 
 
 def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
-    """The true error at its end to where the step was to end: at a dock by where that is in truth."""
+    """The true error at the end of a step; at a dock against its true pose."""
     goal = record.goal
     if goal is None or record.end is None:
         return None
-    row = _row_at(truth, record.end)
+    row = truth.rows_at([record.end])
     if record.dock is not None:
-        goal = Pose2(*truth.goals[row].tolist()).compose(goal.relative_to(record.dock))
-    return _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row : row + 1])[0])
+        goal = Pose2(*truth.goals[row[0]].tolist()).compose(goal.relative_to(record.dock))
+    return _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row])[0])
 
 
-def clearances(result: RunResult) -> Array:
+def body_clearances(result: RunResult) -> Array:
     """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time.
 
-    In an area to its boundary and all that is solid there at the time; also from when on a vehicle drives a
-    planned route in place of the path that it was given, in all of the corridor.
+    In an area, and once the vehicle has left the given path for a planned route: to all boundaries.
     """
-    truth, vehicle, corridors = result.truth, result.config.vehicle, result.corridors
+    truth, vehicle, corridor = result.truth, result.config.vehicle, result.corridor
     distances = np.empty(len(truth.times))
     leaves = result.paths[1][0] if len(result.paths) > 1 else inf
-    planned = np.full(len(distances), True) if result.area is not None else truth.times >= leaves
+    planned = np.full(len(distances), True) if corridor is None else truth.times >= leaves
+    starts = [start for start, _ in result.obstacles]
+    scene = np.searchsorted(starts, truth.times + SAME_TIME, side="right") - 1
     if planned.any():
-        if result.area is not None:
-            area, besides = result.area, result.besides
-        else:
-            area = area_along(result.paths[0][1], corridors[0][1], result.config)
-            besides = tuple((begin, corridor.obstacles) for begin, corridor in corridors)
-        scene = _scenes(besides, truth.times)
+        area = result.area
+        if area is None:
+            assert corridor is not None
+            first = corridor.with_obstacles(result.obstacles[0][1])
+            area = area_along(result.paths[0][1], first, result.config)
         for index in np.unique(scene[planned]).tolist():
             rows = planned & (scene == index)
-            solid = SolidThings.of(area.with_obstacles(besides[index][1]))
+            solid = SolidThings.of(area.with_obstacles(result.obstacles[index][1]))
             distances[rows] = solid.clearance(truth.poses[rows], vehicle)
-    if planned.all():
+    if corridor is None or planned.all():
         return distances
     bodies = body_polygons(truth.poses, vehicle)
-    scene = _scenes(corridors, truth.times)
     for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
+        scenery = corridor.with_obstacles(result.obstacles[index][1])
         along = np.flatnonzero(~planned & (scene == index) & (truth.part == part))
-        for begin in range(0, len(along), _SLICE):
-            some = along[begin : begin + _SLICE]
-            distances[some] = corridors[index][1].clearance(part, bodies[some])
+        for start in range(0, len(along), _SLICE):
+            some = along[start : start + _SLICE]
+            distances[some] = scenery.clearance(part, bodies[some])
     return distances
-
-
-def _scenes(changes: Sequence[tuple[float, object]], times: Array) -> NDArray[np.int64]:
-    """(n,) the last of the changes that was made by each of the times [s]."""
-    begins = np.array([begin for begin, _ in changes])
-    return np.searchsorted(begins, times + SAME_TIME, side="right").astype(np.int64) - 1
 
 
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
@@ -203,14 +247,14 @@ def _square_integral(times: Array, values: Array, until: float | None) -> float:
 
 
 def _peaks(truth: Truth, until: float | None) -> dict[str, float]:
-    """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
+    """Largest absolute values up to `until` [s] (None: the whole run) of what has a comfort value."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
-    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in _OF_TRUTH}
+    names = (name for name in Comfort._fields if name != "jerk")
+    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in names}
 
 
 def _energy_ratio(truth: Truth, until: float | None) -> float | None:
-    """Acceleration energy up to docking over the least possible; None where it did not dock, or there was
-    nothing to drive."""
+    """Acceleration energy up to docking over the least possible; None if the vehicle did not dock or move."""
     bound = 0.0 if until is None else energy_bound(truth, until)
     return energy(truth, until)["acceleration"] / bound if bound > 0.0 else None
 
@@ -231,22 +275,22 @@ def _planning(result: RunResult) -> dict[str, Any]:
     if result.planning is None:
         return {}
     planned = result.paths if result.area is not None else result.paths[1:]
-    path = planned[0][1] if planned else None
-    planning = {
-        "seconds": result.planning.seconds,
-        "replans": result.planning.replans,
-        "length_m": None if path is None else path.length - path.parts[0].start,
-        "cusps": None if path is None else cusps_of(path.parts),
-    }
-    return {"planning": planning}
+    length = cusps = None
+    if planned:
+        parts = planned[0][1].parts
+        length = planned[0][1].length - parts[0].start
+        # Between parts the vehicle may also stop to turn its wheels.
+        cusps = sum(one.direction != other.direction for one, other in pairwise(parts))
+    found = {"seconds": result.planning.seconds, "replans": result.planning.replans}
+    return {"planning": {**found, "length_m": length, "cusps": cusps}}
 
 
 def _computing(cycles: Cycles) -> dict[str, Any]:
-    """Computing time, solver and fall-backs over all cycles; the times leave the first cycle out."""
+    """Over all cycles; the times leave the first cycle out."""
     iterations = cycles.iterations[cycles.solved]
     return {
-        "cycle_ms": _spread(cycles.step_ms[1:]),
-        "feedback_ms": _spread(cycles.feedback_ms[1:]),
+        "cycle_ms": _percentiles(cycles.step_ms[1:]),
+        "feedback_ms": _percentiles(cycles.feedback_ms[1:]),
         "solver": {
             "iterations_p50": _percentile(iterations, 50),
             "iterations_p95": _percentile(iterations, 95),
@@ -265,11 +309,10 @@ def _is_fallback(source: Source, status: Status) -> bool:
     return source is Source.BRAKING and status not in _ENDS_BY_BRAKING
 
 
-def _spread(values: Array) -> dict[str, float | None]:
-    return {f"p{percent}": _percentile(values, percent) for percent in (50, 95, 99)} | {
-        "max": _percentile(values, 100)
-    }
+def _percentiles(values: Array) -> dict[str, float | None]:
+    found = {f"p{percent}": _percentile(values, percent) for percent in (50, 95, 99)}
+    return found | {"max": _percentile(values, 100)}
 
 
-def _percentile(values: Array | NDArray[np.int64], percent: float) -> float | None:
+def _percentile(values: Array, percent: float) -> float | None:
     return float(np.percentile(values, percent)) if len(values) else None

@@ -48,11 +48,10 @@ SAME_TIME = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantFault:
-    """Actuators that do less than they are told; of faults at one time the shares multiply.
+    """Actuators that do less than commanded from `begin` until before `end` [s]; shares of faults multiply.
 
     Attributes:
-        begin, end: it acts from `begin` until before `end` [s].
-        steering_share: of the steering rate told; 0: the steering is stuck.
+        steering_share: of the steering rate; 0: the steering is stuck.
         braking_share: of an acceleration against the motion, > 0. At a standstill all of it acts.
     """
 
@@ -64,16 +63,13 @@ class PlantFault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantParameters:
-    """What the plant is; the controller knows neither the errors nor the gain.
+    """The true vehicle; the controller knows neither the errors nor the gain.
 
     Attributes:
-        wheelbase: the true one [m].
-        steering_limit: mechanical stop of the measured steering angle [rad].
+        wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
         steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
-        dead_time: from command to effect, on both actuators [s].
-        steering_offset: the wheels stand at delta + offset [rad].
-        acceleration_gain: true over commanded acceleration.
-        acceleration_offset: comes on top of it, positive to the front [m/s²].
+        dead_time: of both actuators [s]; steering_offset: the wheels stand at delta + offset [rad].
+        acceleration_gain: true over commanded acceleration; acceleration_offset: is added to it [m/s²].
         faults: of the actuators, in any order.
     """
 
@@ -115,11 +111,9 @@ class PlantState:
     """The truth at one instant.
 
     Attributes:
-        time: [s].
-        x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
+        time: [s]; x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
         v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: what the actuators were told last and do, but for faults and the offset
-            [m/s²], [rad/s].
+        acceleration, steering_rate: of the last command that takes effect [m/s²], [rad/s].
         pending: commands that have not taken effect, in the order of their times.
     """
 
@@ -140,7 +134,7 @@ class PlantState:
 
     @property
     def measured(self) -> VehicleState:
-        """What sensors without noise tell of it."""
+        """The state by sensors without noise."""
         return VehicleState(x=self.x, y=self.y, phi=self.phi, v=self.v, delta=self.delta)
 
 
@@ -152,11 +146,9 @@ def issue(
     steering_rate: float,
     delay: float = 0.0,
 ) -> PlantState:
-    """Send a command [m/s²], [rad/s] at the plant's present time; the actuators do it one dead time later.
+    """Send a command [m/s²], [rad/s] at the plant's present time; it takes effect one dead time later.
 
-    A command `delay` [s] late may arrive after younger ones: the actuators do what arrived last.
-
-    Raises InputError when a value is not finite: the plant has no way to do that.
+    A command `delay` [s] late may arrive after younger ones. Raises InputError if a value is not finite.
     """
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
@@ -200,7 +192,7 @@ def _take_effect(plant: PlantState) -> PlantState:
 
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
-    """What acts of steering rate and braking, and until when [s]."""
+    """Shares of steering rate and braking that act, and until when [s]."""
     if not parameters.faults:
         return 1.0, 1.0, inf
     now = plant.time + SAME_TIME

@@ -1,4 +1,4 @@
-"""How smooth a ride was: its energy beside the least that it could have taken, and where it braked hard."""
+"""How smooth a ride was: its energy against the least possible energy, its hard braking and its jerk."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, T
 from rti_mpcc.types import Array
 
 TURNING_TRAVEL = 0.05
-"""A change of direction counts after so much travel in the new one [m]."""
+"""A change of direction counts after this travel in the new one [m]."""
 HARD = 1.1
-"""Braking with more than so many times the comfort acceleration is hard."""
+"""Braking with more than this multiple of the comfort acceleration is hard."""
 _ROUNDING = 1e-9
 
 
 def direction_changes(times: Array, v: Array) -> int:
-    """How often the direction of travel changes, each time after 0.05 m in the new one; cusps included."""
+    """Number of changes of direction, cusps included, each with `TURNING_TRAVEL` in the new direction."""
     return len(turning_points(times, v))
 
 
 def turning_points(times: Array, v: Array) -> list[int]:
-    """The samples (n,) at which those changes begin: the farthest in the direction before."""
+    """The samples at which those changes start: the farthest in the direction before."""
     turns: list[int] = []
     travel = _travel(times, v).tolist()
     direction, lowest, highest = 0, 0, 0  # samples of the extremes since the last change
-    for i, way in enumerate(travel):
-        lowest = i if way < travel[lowest] else lowest
-        highest = i if way > travel[highest] else highest
-        back = direction >= 0 and travel[highest] - way >= TURNING_TRAVEL - _ROUNDING
-        forth = direction <= 0 and way - travel[lowest] >= TURNING_TRAVEL - _ROUNDING
+    for i, distance in enumerate(travel):
+        lowest = i if distance < travel[lowest] else lowest
+        highest = i if distance > travel[highest] else highest
+        back = direction >= 0 and travel[highest] - distance >= TURNING_TRAVEL - _ROUNDING
+        forth = direction <= 0 and distance - travel[lowest] >= TURNING_TRAVEL - _ROUNDING
         if back or forth:
             if direction != 0:
                 turns.append(highest if back else lowest)
@@ -43,48 +43,45 @@ def turning_points(times: Array, v: Array) -> list[int]:
 
 
 def energy_bound(truth: Truth, until: float) -> float:
-    """Least acceleration energy [m²/s³] of what was driven up to `until` [s].
+    """Least acceleration energy [m²/s³] of the motion up to `until` [s].
 
-    It is 12 D² / T³ for each way D in one direction, from rest to rest in the time T. Standing for half a
-    second and more is no part of T.
+    It is 12 D² / T³ for each distance D in one direction, from rest to rest in the time T. Standing for half
+    a second and more is no part of T.
     """
     samples = max(int(np.searchsorted(truth.times, until + SAME_TIME, side="right")), 1)
     times, v = truth.times[:samples], truth.v[:samples]
-    travel = _travel(times, v)
     moving = np.append(0.0, np.cumsum(np.diff(times) * ~samples_at_rest(times, v)[1:]))
     at = [0, *turning_points(times, v), samples - 1]
-    ways, spans = np.abs(np.diff(travel[at])), np.diff(moving[at])
+    distances, spans = np.abs(np.diff(_travel(times, v)[at])), np.diff(moving[at])
     some = spans > 0.0
-    return float(np.sum(12.0 * ways[some] ** 2 / spans[some] ** 3))
+    return float(np.sum(12.0 * distances[some] ** 2 / spans[some] ** 3))
 
 
 def samples_at_rest(times: Array, v: Array) -> NDArray[np.bool_]:
     """(n,) whether a sample is of a time of DOCK_TIME at least in which |v| <= STANDSTILL_SPEED."""
     found = np.zeros(len(times), dtype=np.bool_)
     for first, last in spells(np.abs(v) <= STANDSTILL_SPEED):
-        if times[last] - times[first] >= DOCK_TIME - SAME_TIME:
-            found[first : last + 1] = True
+        found[first : last + 1] = times[last] - times[first] >= DOCK_TIME - SAME_TIME
     return found
 
 
 def spells(true: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """First and last sample of each time without a break in which it is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(np.int64)))
-    for first, behind in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for first, behind in edges.reshape(-1, 2).tolist():
         yield first, behind - 1
 
 
 def hard_braking(result: RunResult) -> dict[str, int]:
-    """Cycles whose command braked with more than `HARD` times the comfort acceleration, by their reason.
+    """Number of cycles that braked with more than `HARD` times the comfort acceleration, by their reason.
 
-    What counts is what the plant makes of a command, so that one for a weak drive is none the harder.
+    The acceleration is that of the plant: a weak drive makes less of a command.
     """
     truth, cycles = result.truth, result.cycles
     speed = np.interp(cycles.times, truth.times, truth.v)
     braking = -np.sign(speed) * result.scenario.simulation.acceleration_gain * cycles.acceleration
     hard = (braking > HARD * result.config.comfort_acceleration) & (np.abs(speed) > STANDSTILL_SPEED)
-    found = Counter(cycles.cause[i].value for i in np.flatnonzero(hard).tolist())
-    return dict(sorted(found.items()))
+    return dict(sorted(Counter(cause.value for cause in cycles.cause[hard]).items()))
 
 
 def peak_jerk(result: RunResult, until: float | None) -> float:
@@ -94,12 +91,12 @@ def peak_jerk(result: RunResult, until: float | None) -> float:
     count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME))
     if count < 1:
         return 0.0
-    # What acts before the first command is none.
+    # The acceleration before the first command is 0.
     changes = np.abs(np.diff(commanded[:count], prepend=0.0))
     spans = np.diff(times[:count], prepend=times[0] - result.scenario.simulation.cycle)
     return float(result.scenario.simulation.acceleration_gain * np.max(changes / spans))
 
 
 def _travel(times: Array, v: Array) -> Array:
-    """(n,) way [m] since the begin, less what was driven back."""
+    """(n,) signed distance driven since the start [m]."""
     return np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times)))

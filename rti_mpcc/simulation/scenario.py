@@ -15,13 +15,7 @@ from pydantic import Field
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.config import (
-    COMFORT_ACCELERATION,
-    ControllerConfig,
-    GoalTracking,
-    Limits,
-    Vehicle,
-)
+from rti_mpcc.config import COMFORT_ACCELERATION, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.paper import with_method
 from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
@@ -43,8 +37,7 @@ AnySection = TypeVar("AnySection", bound=Section)
 
 
 class PoseSection(Section):
-    """Where the vehicle stands at the beginning, or drives after a step failed for good: x, y [m], heading
-    [rad]."""
+    """The start, or the home after a step failed for good: x, y [m], heading [rad]."""
 
     pose: Triple
 
@@ -91,15 +84,6 @@ class Scenario(Section):
             raise InputError(f"{self.name}: has no [{name}]")
         return section
 
-    @property
-    def goal_is_path_end(self) -> bool:
-        """No goal pose is given: the controller is to stop at the path's last pose."""
-        return self.goal.offset is None and self.goal.pose is None
-
-    def build_vehicle(self) -> Vehicle:
-        """The vehicle that the controller knows."""
-        return self.vehicle
-
     def build_path(self) -> ReferencePath:
         """The route. Raises PathError, or InputError where none is given."""
         return self.path.build()
@@ -121,10 +105,7 @@ class Scenario(Section):
         return area.bounded(ends, BOX)
 
     def goal_pose(self, path: ReferencePath | None = None) -> Pose2:
-        """The true goal before any shift, world frame.
-
-        `path`: the route, where there is one. Raises InputError where only a route says where the goal is.
-        """
+        """The true goal before any shift, world frame. Raises InputError where it needs the `path`."""
         if self.goal.pose is not None:
             return Pose2(*self.goal.pose)
         if path is None:
@@ -132,22 +113,20 @@ class Scenario(Section):
         return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
 
     def planned_goal(self, path: ReferencePath | None = None) -> Pose2 | None:
-        """The goal that the controller is given at the start: the true one where it is known.
+        """The goal at the start of the controller.
 
-        None where that is the path's last pose. Arguments and errors as `goal_pose`.
+        None: the path's last pose. Arguments and errors as `goal_pose`.
         """
         if self.goal.measurement is not None:
             return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
-        return None if self.goal_is_path_end else self.goal_pose(path)
+        return None if self.goal.is_path_end else self.goal_pose(path)
 
     def controller_config(
         self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
     ) -> ControllerConfig:
-        """The controller's settings; `detections` says whether it knows the goal from such.
+        """The controller's settings. Raises InputError for an unknown preset or method, ConfigError.
 
-        By default it does where there is a [goal.measurement].
-
-        Raises InputError for an unknown preset or method, ConfigError for bad values.
+        `detections`: whether it detects the goal, by default with [goal.measurement].
         """
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
@@ -179,15 +158,11 @@ class Scenario(Section):
         errors = self.simulation.model_dump(include={"dead_time", *_ERRORS})
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
-    # -- what does not go together -------------------------------------------------------------------------
-
-    def problems(self) -> Iterator[KeyProblem]:
-        """Tables that do not go together; what is built from them only where nothing else is wrong."""
+    def _problems(self) -> Iterator[KeyProblem]:
         found = [*self._ground_problems(), *self._comfort_problems(), *self._mission_problems()]
         yield from found or (self._settings_problems() if self.in_area else self._path_problems())
 
     def _ground_problems(self) -> Iterator[KeyProblem]:
-        """There must be a path with its corridor or a start in an area with the goal's pose, and not both."""
         on_path = {"path": self.given_path, "corridor": self.given_corridor}
         in_area = {"start": self.start, "area": self.area}
         given = [key for key, section in in_area.items() if section is not None]
@@ -202,19 +177,16 @@ class Scenario(Section):
             if section is None:
                 yield KeyProblem(key, None, f"required: {_EITHER}")
         if self.in_area and (time := self.controller.docking_time) is not None:
-            allowed = "only with [path]: how long an unknown way takes is not known before"
+            allowed = "only with [path]: the time of a planned route is not known before"
             yield KeyProblem("controller.docking_time", time, allowed)
 
     def _comfort_problems(self) -> Iterator[KeyProblem]:
-        comfort = self.controller.comfort_acceleration
-        if comfort is None:
-            comfort = COMFORT_ACCELERATION
+        comfort = self.controller.comfort_acceleration or COMFORT_ACCELERATION
         if comfort > self.limits.acceleration:
             allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
             yield KeyProblem("controller.comfort_acceleration", comfort, allowed)
 
     def _mission_problems(self) -> Iterator[KeyProblem]:
-        """Each step by itself, and against the others and the goal."""
         body = self.goal.body
         if not self.mission:
             if body is not None:
@@ -228,10 +200,8 @@ class Scenario(Section):
                 yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
             planned = ("approach", "tolerance", "uncertainty") if isinstance(step, DockStep) else ()
             misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
-            for name in misplaced:
-                yield KeyProblem(
-                    f"{key}.{name}", None, "only in an area, where the way to the dock is planned"
-                )
+            allowed = "only in an area, where the route to the dock is planned"
+            yield from (KeyProblem(f"{key}.{name}", None, allowed) for name in misplaced)
             try:
                 if not misplaced:
                     built_step(step, goal, body)
@@ -243,11 +213,10 @@ class Scenario(Section):
                 yield KeyProblem(f"{key}.then", "home", "needs [home]")
 
     def _path_problems(self) -> Iterator[KeyProblem]:
-        """Of corridor and goals, in this order; later ones are only looked at where earlier ones can be."""
+        """Of corridor, then goals: a problem hides those that follow from it."""
         path, width = self.build_path(), self.vehicle.least_width
-        narrow = [problem.below("corridor") for problem in self.corridor.problems_along(path, width)]
-        yield from narrow
-        if narrow:
+        if narrow := [each.below("corridor") for each in self.corridor.problems_along(path, width)]:
+            yield from narrow
             return
         try:
             corridor = self.build_corridor(path)
@@ -267,11 +236,10 @@ class Scenario(Section):
         yield from self._settings_problems()
 
     def _goals(self, path: ReferencePath) -> Iterator[tuple[str, Pose2]]:
-        """Key and pose of the planned goal, the true one, and each place that it moves to."""
         planned, goal = self.planned_goal(path), self.goal_pose(path)
         if self.goal.measurement is not None and planned is not None:
             yield "goal.measurement.initial_offset", planned
-        if not self.goal_is_path_end:
+        if not self.goal.is_path_end:
             yield "goal", goal
         for index, shift in enumerate(self.goal.shifts):
             goal = goal.compose(Pose2(*shift.offset))
@@ -284,22 +252,20 @@ class Scenario(Section):
             yield KeyProblem("controller", None, str(error))
 
     def remarks(self) -> list[str]:
-        """What is allowed but will show: one line each."""
+        """Warnings, a line each: degrees in place of radians, and a path that bends too sharply."""
         path = self.given_path
-        poses = {
-            "start.pose": None if self.start is None else self.start.pose,
-            "path.start": None if path is None else path.start,
+        poses: dict[str, Any] = {
+            "start.pose": self.start and self.start.pose,
+            "path.start": path and path.start,
             "goal.pose": self.goal.pose,
             "goal.offset": self.goal.offset,
-            "home.pose": None if self.home is None else self.home.pose,
+            "home.pose": self.home and self.home.pose,
         }
         found = [degrees_hint(f"{key}[2]", pose[2]) for key, pose in poses.items() if pose is not None]
         if path is not None:
             bend, possible = path.build().max_curvature, tan(self.limits.steering) / self.vehicle.wheelbase
             if bend > possible * (1.0 + 1e-9):
-                found.append(
-                    f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer "
-                    f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m); it is made smooth or "
-                    "left there"
-                )
+                most = f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m)"
+                told = f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer {most}"
+                found.append(f"{told}; it is smoothed or left there")
         return [remark for remark in found if remark]

@@ -25,10 +25,9 @@ def builtin_names() -> tuple[str, ...]:
 
 
 def load_scenario(name_or_file: str | Path) -> Scenario:
-    """A built-in scenario by name, or a .toml file.
+    """A built-in scenario by name, or a .toml file; logs warnings.
 
-    Logs a warning for what is allowed but will show. Raises ScenarioError with one line a problem:
-    `file: key = value: what is allowed`.
+    Raises ScenarioError with one line a problem: `file: key = value: what is allowed`.
     """
     name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
@@ -42,16 +41,15 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
 def scenario_from_dict(
     data: Mapping[str, Any], *, source: str = "scenario", folder: Path | None = None
 ) -> Scenario:
-    """A scenario from the tables of a file as dicts and lists.
+    """A scenario from the tables of a file as dicts and lists. Raises ScenarioError as `load_scenario`.
 
-    `source` stands in front of error messages; a relative path.file or area.map is taken from `folder`
-    (default: the working directory). Raises ScenarioError as `load_scenario`.
+    `source` stands in front of error messages; a relative path.file or area.map lies in `folder`, by default
+    in the working directory.
     """
     return _remarked(validated(Scenario, data, source=source, folder=folder), source)
 
 
 def _remarked(scenario: Scenario, source: str) -> Scenario:
-    """The scenario, once it was warned of what will show."""
     for remark in scenario.remarks():
         _LOG.warning("%s: %s", source, remark)
     return scenario

@@ -9,19 +9,23 @@ import numpy as np
 import shapely
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
+from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.sections.faults import FaultSection
 from rti_mpcc.types import Array
 
 THICKNESS = 0.5
 """Of an obstacle that blocks the route, along it [m]."""
 ACROSS = 10.0
-"""It reaches to the boundaries, at most so far to each side of the path [m]."""
+"""Its largest reach to each side of the path, if no boundary is nearer [m]."""
 BESIDE = 0.5
-"""In an area it reaches so far beyond both sides of a body on the path [m]."""
+"""Its reach in an area beyond both sides of a body on the path [m]."""
+_TOUCHING = 1e-3
+"""Bodies that are nearer to one another are in contact [m]."""
 
-Obstacles = Sequence[Array]
+Outlines = Sequence[Array]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -29,22 +33,19 @@ class Scenery:
     """Every change of the obstacles of a run.
 
     Attributes:
-        path: the route; in an area the one that is driven now, None before there is one.
-        corridor: along it; None in an area.
-        vehicle: the body that drives there.
-        faults: those that block the route.
-        obstacles_at: polygons (k, 2) [m] at a time [s] in place of the corridor's own, or besides those of
+        path: the current route, None before the first one; corridor: along the path, None in an area.
+        faults: those that block the route; walls: the outline of each across the route.
+        obstacles_at: polygons (k, 2) [m] at a time [s] in place of the corridor's own, or beside those of
             the area; or None.
-        changes: (from time [s], obstacles) in order of time: those of the corridor, or besides the area's.
-        walls: the outline that each fault put across the route.
+        changes: (from time [s], obstacles) in order of time: those of the corridor, or beside the area's.
     """
 
     path: ReferencePath | None
     corridor: Corridor | None
     vehicle: Vehicle
     faults: tuple[FaultSection, ...] = ()
-    obstacles_at: Callable[[float], Obstacles] | None = None
-    changes: list[tuple[float, Obstacles]] = field(default_factory=list)
+    obstacles_at: Callable[[float], Outlines] | None = None
+    changes: list[tuple[float, Outlines]] = field(default_factory=list)
     walls: dict[FaultSection, Array] = field(default_factory=dict)
 
     @property
@@ -52,31 +53,28 @@ class Scenery:
         """Whether obstacles may come and go."""
         return self.obstacles_at is not None or bool(self.faults)
 
-    def obstacles(self, now: float, pose: Pose2, part: int, near: float) -> Obstacles:
+    def obstacles(self, now: float, pose: Pose2, part: int, near: float) -> Outlines:
         """The obstacles at `now` [s]; to be asked in every cycle.
 
-        Args:
-            pose: of the vehicle; part: index of its active part; near: its last progress on it [m].
+        `pose` of the vehicle, index of its active `part`, and its last progress `near` on it [m].
         """
         acting = [fault for fault in self.faults if fault.acts(now)]
         for fault in acting:
             if fault not in self.walls:
                 self.walls[fault] = self._wall(pose, part, near, fault.amount)
-        usual = self._usual() if self.obstacles_at is None else self.obstacles_at(now)
+        own = () if self.corridor is None else self.corridor.obstacles
+        usual = own if self.obstacles_at is None else self.obstacles_at(now)
         found = [*usual, *(self.walls[fault] for fault in acting)]
         if not self.changes or not _same(found, self.changes[-1][1]):
             self.changes.append((now, found))
         return found
 
-    def _usual(self) -> Obstacles:
-        return () if self.corridor is None else self.corridor.obstacles
-
     def _wall(self, pose: Pose2, part: int, near: float, gap: float) -> Array:
         """Outline (4, 2) [m] of an obstacle that the body on the route touches after `gap` [m].
 
-        In a corridor it reaches from boundary to boundary across the active part, which goes on straight
-        behind its end. In an area it may be beyond cusps, too, but not where the body is now: rather where
-        the active part would go on straight; before there is a route it is straight ahead.
+        In a corridor it reaches from boundary to boundary across the active part, which is prolonged
+        straight. In an area it may lie beyond cusps. If it would meet the body there, it lies across the
+        prolonged active part. Without a route it lies straight ahead.
         """
         path = self.path or ReferencePath.from_segments(pose, [(1, 0.0, 1.0)])
         active = path.parts[part]
@@ -115,6 +113,31 @@ def _reach(foot: Pose2, side: float, boundaries: shapely.MultiLineString) -> flo
     return ACROSS if met.is_empty else float(shapely.Point(foot.x, foot.y).distance(met))
 
 
-def _same(outlines: Obstacles, known: Obstacles) -> bool:
-    """Whether these are the same polygons (m, 2) in the same order."""
+def _same(outlines: Outlines, known: Outlines) -> bool:
     return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))
+
+
+def with_body(
+    changes: Sequence[tuple[float, Outlines]],
+    log: Sequence[StepRecord],
+    goal: Pose2,
+    body: Sequence[tuple[float, float]] | None,
+) -> list[tuple[float, Outlines]]:
+    """The obstacles of each time, with the docked object until the vehicle drives on straight to touch it."""
+    if body is None:
+        return list(changes)
+    outline = outline_at(body, goal)
+    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
+    if touched is None:
+        return [(at, (*some, outline)) for at, some in changes]
+    found = [(at, (*some, outline)) for at, some in changes if at < touched]
+    last = next((some for at, some in reversed(changes) if at <= touched), ())
+    return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
+
+
+def touches(pose: Pose2, vehicle: Vehicle, body: Array | None) -> bool:
+    """Whether the vehicle is in contact with the docked object, an outline (k, 2) [m] in the world."""
+    if body is None:
+        return False
+    own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
+    return bool(own.distance(shapely.Polygon(body)) <= _TOUCHING)

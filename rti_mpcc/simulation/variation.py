@@ -1,7 +1,7 @@
-"""Random changes of a user's scenario: where it starts, where the goal is, noise, and a plant with errors.
+"""Random changes of a user's scenario: start, goal, noise, and errors of the plant.
 
-Every value is drawn evenly, up to so much to either side, from the generator of its case. All parts are drawn
-each time, so a case has the same start whether or not the noise varies, too.
+Each value is uniform, from the generator of its case. All parts are drawn each time, so a case has the same
+start whether or not the noise varies, too.
 """
 
 from __future__ import annotations
@@ -34,20 +34,16 @@ WHEELBASE_ERROR, STEERING_OFFSET, GAIN, DEAD_TIME = 0.05, radians(1.0), 0.2, 0.0
 """Errors of the plant that the controller does not know: relative, [rad], relative, [s]."""
 PARTS = ("start", "goal", "noise", "plant")
 ROOM = 0.1
-"""A shift is halved until the body has so much room [m], or as much as without it, at the start and at the
-goal of an area."""
-DIGITS = 5
-"""Of all that is drawn, so that a saved case is readable."""
+"""A shift is halved, at most `HALVINGS` times, until the body has this clearance [m], or that without the
+shift, at the start and at the goal of an area."""
 HALVINGS = 6
-"""Then nothing is shifted."""
+DIGITS = 5
+"""Of all random values, so that a saved case is readable."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VariedCase:
-    """Case number `index` of a campaign around the scenario `base`; see `DrawnCase`.
-
-    `vary`: what is varied, some of `PARTS`.
-    """
+    """Case `index` of a campaign that varies some of `PARTS` of the scenario `base`; see `DrawnCase`."""
 
     base: Scenario
     vary: tuple[str, ...]
@@ -61,7 +57,7 @@ class VariedCase:
 
     @property
     def run(self) -> dict[str, Any]:
-        """Another seed for each case of each campaign."""
+        """A seed of its own for each case of each campaign."""
         return {"seed": MOST * self.seed + self.index}
 
     def scenario(self) -> Scenario:
@@ -96,12 +92,10 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
 
 
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Keys of the scenario."""
     position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
     own, more = scenario.simulation.state_noise, (position, position, *others)
-    changes: dict[str, Any] = {
-        "simulation.state_noise": [mine + some for mine, some in zip(own, more, strict=True)]
-    }
+    noise = [mine + some for mine, some in zip(own, more, strict=True)]
+    changes: dict[str, Any] = {"simulation.state_noise": noise}
     factors = {name: 1.0 + _drawn(random, DETECTION) for name in ("position_std", "heading_std")}
     if (seen := scenario.goal.measurement) is not None:
         for name, factor in factors.items():
@@ -110,7 +104,7 @@ def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
 
 
 def _plant(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Keys of the scenario: the controller goes on assuming the dead time that it assumed."""
+    """The controller continues to assume its dead time."""
     plant, assumed = scenario.simulation, scenario.controller.dead_time
     return {
         "simulation.wheelbase_error": plant.wheelbase_error + _drawn(random, WHEELBASE_ERROR),
@@ -137,7 +131,7 @@ def _shifted(
 
 def _room(scenario: Scenario) -> float:
     """Least clearance of the body at the start, and at the goal of an area [m]."""
-    poses, vehicle = [_rounded(scenario.start_pose())], scenario.build_vehicle()
+    poses, vehicle = [_rounded(scenario.start_pose())], scenario.vehicle
     if scenario.in_area:
         poses.append(_rounded(scenario.goal_pose()))
         return float(SolidThings.of(scenario.build_area()).clearance(np.array(poses), vehicle).min())
@@ -150,7 +144,6 @@ def _goal(scenario: Scenario) -> Pose2:
 
 
 def _drawn(random: np.random.Generator, most: float) -> float:
-    """Up to so much to either side."""
     return round(float(random.uniform(-most, most)), DIGITS)
 
 

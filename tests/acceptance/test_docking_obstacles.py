@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.simulation import Scenario, load_scenario, simulate
-from rti_mpcc.simulation.metrics import clearances
+from rti_mpcc.simulation.metrics import body_clearances
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import (
     between_obstacles,
@@ -44,7 +44,7 @@ def drive_to_a_wall(
     standing = there & (np.abs(truth.v) <= 0.02) & (truth.times > 1.0)
     figures["stands_before_the_wall_s"] = float(np.count_nonzero(standing) * 0.01)
     if standing.any():
-        figures["clearance_standing_m"] = float(clearances(result)[np.flatnonzero(standing)[-1]])
+        figures["clearance_standing_m"] = float(body_clearances(result)[np.flatnonzero(standing)[-1]])
     last = int(np.flatnonzero(cycles.times < end)[-1])
     assert found["min_clearance_m"] > 0.0
     goes_round = result.planning is not None and result.planning.replans > 0

@@ -22,7 +22,7 @@ from benchmarks.reproduction.mission import (
 )
 from benchmarks.reproduction.verdicts import CAME, MISSED, UNSAID
 from rti_mpcc.simulation import RunResult
-from rti_mpcc.simulation.batch import Case, Outcome, drive_all
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive_all
 from tests.rti_mpcc.short_missions import short
 
 WELL = Motion(changes=1, stood=(18.0, 20.0), stops=0, first_seen=18.5, connecting=(0.2, 0.05))
@@ -45,12 +45,12 @@ def words(told: list[str]) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> DrivenCase:
     return drive_all([Case(scenario=short())], jobs=1)[0]
 
 
 @pytest.fixture(scope="module")
-def result(outcome: Outcome) -> RunResult:
+def result(outcome: DrivenCase) -> RunResult:
     return outcome.result
 
 
@@ -139,7 +139,7 @@ def test_speed_and_steering_while_it_connects_are_those_of_the_run(result: RunRe
     assert motion_of(waiting, {"time_to_tolerance_s": None, "goal": None}).connecting is None
 
 
-def test_the_picture_over_time(outcome: Outcome) -> None:
+def test_the_picture_over_time(outcome: DrivenCase) -> None:
     figure = motion_figure(outcome.result, outcome.figures)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["true", "step, succeeded", "end of the lowering", "T_goal"]
@@ -149,7 +149,7 @@ def test_the_picture_over_time(outcome: Outcome) -> None:
     assert "T_goal" not in never.axes[0].get_legend_handles_labels()[1]
 
 
-def test_the_whole_section(outcome: Outcome) -> None:
+def test_the_whole_section(outcome: DrivenCase) -> None:
     section = mission_section(outcome)
     assert [block.name for block in section.blocks if isinstance(block, Picture)] == [
         "mission_over_time",

@@ -9,7 +9,7 @@ import numpy as np
 
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.disturbances import Disturbances
-from rti_mpcc.simulation.metrics import clearances
+from rti_mpcc.simulation.metrics import body_clearances
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import docking_figures, statuses
@@ -87,13 +87,13 @@ def braked(scenario: Scenario) -> RunResult:
 
 def contact_speed(result: RunResult) -> float | None:
     """Speed [m/s] at which the body first touches something; None if it never does."""
-    touching = clearances(result) < 0.0
+    touching = body_clearances(result) < 0.0
     return float(abs(result.truth.v[np.argmax(touching)])) if touching.any() else None
 
 
 def fault_figures(result: RunResult) -> dict[str, Any]:
     """What is recorded of a run with faults."""
-    last = result.cycles.reason[-1] if result.cycles.reason else ""
+    last = result.cycles.reason[-1] if len(result.cycles) else ""
     ended = {"ended": result.ended, "statuses": statuses(result), "last_reason": last}
     return {**docking_figures(result), **ended}
 
@@ -118,7 +118,7 @@ def check_contact(result: RunResult) -> None:
     least = contact_speed(yardstick)
     assert least is not None, f"touches at {touched:.2f} m/s what braking at once avoids"
     assert touched <= least + HARDER, f"touches at {touched:.2f} m/s, braking at once at {least:.2f} m/s"
-    deep, needed = -float(clearances(result).min()), -float(clearances(yardstick).min())
+    deep, needed = -float(body_clearances(result).min()), -float(body_clearances(yardstick).min())
     assert deep <= needed + DEEPER, f"goes {deep:.2f} m deep, braking at once {needed:.2f} m"
 
 

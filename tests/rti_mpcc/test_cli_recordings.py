@@ -18,7 +18,6 @@ from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Machine, read_recording
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.simulation import changed, load_scenario, save_scenario
 from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
 
 SEEN = """
@@ -37,23 +36,6 @@ board = { x = -2.0, dictionary = "DICT_4X4_50" }
 duration = 0.5
 """
 """A scenario with a camera that is over soon."""
-WINDOW = """
-from matplotlib.backend_bases import FigureManagerBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib._pylab_helpers import Gcf
-
-class Manager(FigureManagerBase):
-    @classmethod
-    def pyplot_show(cls, *, block=None):
-        for manager in Gcf.get_all_fig_managers():
-            manager.canvas.draw()
-            print(manager.canvas.figure.subfigs[0].subfigs[1].get_suptitle().splitlines()[0])
-
-class FigureCanvas(FigureCanvasAgg):
-    manager_class = Manager
-    required_interactive_framework = "headless"
-"""
-"""A backend that opens windows as far as matplotlib can tell; it prints their first line."""
 NO_WINDOW = "rti-mpcc: error: watch opens a window, which needs a display: "
 
 
@@ -90,12 +72,6 @@ def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.Capt
     assert replayed(capsys, str(recording)) == told
 
 
-def test_a_run_in_an_area_replays(capsys: pytest.CaptureFixture[str]) -> None:
-    scenario = changed(load_scenario("bay_perpendicular"), {"simulation.duration": 1.0})
-    assert run(str(save_scenario(scenario, Path())), "--record", "run.jsonl") == 1
-    assert "identical: 21 cycles compared bit for bit" in replayed(capsys, "run.jsonl")
-
-
 def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     write_mission(30.0)
     assert run("delivery.toml", "--record", "run.jsonl") == 0
@@ -110,13 +86,6 @@ def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.Capture
     said = replayed(capsys, "run.jsonl", status=1)
     assert said.startswith(f"different: cycle {touched.number} at ")
     assert "command.mission.result: recorded" in said
-
-
-def test_options_of_the_run_reach_the_recorded_controller() -> None:
-    run("short.toml", "--preset", "paper", "--record", "run.jsonl", "--dump-failed", "qp/run")
-    assert read_recording("run.jsonl").header.config.cruise_horizon == 7.0
-    assert main(["replay", "run.jsonl", "--dump-failed", "qp/replay"]) == 0
-    assert (Path("qp/run").is_dir(), Path("qp/replay").is_dir()) == (True, True)
 
 
 def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -282,11 +251,3 @@ def test_watch_without_a_display_says_so_before_the_run(
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", toolkit)
     monkeypatch.setattr(matplotlib, "pyplot", toolkit, raising=False)
     assert refused(capsys, "watch", "docking_inside") == f"{NO_WINDOW}no screen at all\n"
-
-
-@pytest.mark.acceptance
-def test_watch_opens_a_window_until_it_is_closed() -> None:
-    Path("window.py").write_text(WINDOW)
-    done = watched("module://window", "short.toml")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("cycle 1 of 7, ")

@@ -21,6 +21,7 @@ from rti_mpcc.simulation import (
     load_scenario,
     simulate,
 )
+from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import docking_figures, short
 
@@ -62,10 +63,10 @@ def assert_docked_on_the_true_goal(result: RunResult) -> dict[str, Any]:
 def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     result = simulate(load_scenario("docking_noisy"), seed=seed)
     assert_docked_on_the_true_goal(result)
-    assert result.tracking is not None
-    outcomes = [judged.outcome for judged in result.tracking.detections]
+    outcomes = [judged.outcome for judged in detections_of(result.cycles)]
     assert outcomes.count(Outcome.ACCEPTED) > 0.9 * len(outcomes)
-    part = result.truth.part[np.searchsorted(result.truth.times, result.tracking.arrivals - 1e-9)]
+    arrivals = result.cycles.times[[bool(given) for given in result.cycles.detections]]
+    part = result.truth.part[result.truth.rows_at(arrivals)]
     assert (part == 1).all()  # visible after the cusp only
 
 
@@ -77,11 +78,10 @@ def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands()
     scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 9.0, "offset": [-1.5, 0.1, 0.0]}]})
     result = simulate(scenario, detector=Scripted(script=exact))
     assert_docked_on_the_true_goal(result)
-    assert result.tracking is not None
     cycles, truth = result.cycles, result.truth
     moved = float(truth.times[np.argmax(np.diff(truth.goals[:, 0]) != 0.0)])
     late = cycles.times > moved + 1.5
-    assert np.abs(result.tracking.estimates[late, :2] - truth.goals[-1, :2]).max() < 0.01
+    assert np.abs(goal_estimates(cycles.goal)[late, :2] - truth.goals[-1, :2]).max() < 0.01
     after = (cycles.times >= moved) & (cycles.times <= moved + 5.0)
     assert np.abs(np.diff(cycles.acceleration[after])).max() < 0.15
     assert np.abs(np.diff(cycles.steering_rate[after])).max() < 0.2

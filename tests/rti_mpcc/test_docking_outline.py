@@ -14,7 +14,7 @@ from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.goal_metrics import errors_to
+from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.scenario_file import changed, load_scenario, save_scenario
 
 FORKS = ((-0.4, -0.6), (1.0, -0.6), (1.0, -0.3), (2.2, -0.3), (2.2, 0.3), (1.0, 0.3), (1.0, 0.6), (-0.4, 0.6))
@@ -92,4 +92,4 @@ def test_an_outline_that_is_the_rectangle_is_driven_like_it() -> None:
 def test_a_scenario_file_keeps_the_outline(scenario: Scenario, tmp_path: Path) -> None:
     file = save_scenario(scenario, tmp_path)
     assert load_scenario(file) == scenario
-    assert scenario.build_vehicle().outline == FORKS
+    assert scenario.vehicle.outline == FORKS

@@ -32,8 +32,7 @@ class AreaSection(Section):
 
     _beside = field_validator("map")(beside_the_file)
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """A map beside polygons, a map that cannot be read, each polygon that is none."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.map is not None and (self.boundary or self.obstacles):
             yield KeyProblem("map", self.map, "either map, or boundary and obstacles, not both")
             return

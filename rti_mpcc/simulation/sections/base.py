@@ -52,18 +52,15 @@ class KeyProblem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
-        key = self.key
-        if not key.isprintable() or len(key) > _LONGEST_KEY:
-            key = shown(key, _LONGEST_KEY)
-        return (
-            f"{key}: {self.allowed}" if self.value is None else f"{key} = {shown(self.value)}: {self.allowed}"
-        )
+        fits = self.key.isprintable() and len(self.key) <= _LONGEST_KEY
+        key = self.key if fits else shown(self.key, _LONGEST_KEY)
+        value = "" if self.value is None else f" = {shown(self.value)}"
+        return f"{key}{value}: {self.allowed}"
 
     def below(self, key: str) -> KeyProblem:
         """The same problem, of a table that is at `key`."""
-        return self._replace(
-            key=key + self.key if self.key[:1] in ("", "[") or not key else f"{key}.{self.key}"
-        )
+        dot = "" if self.key[:1] in ("", "[") or not key else "."
+        return self._replace(key=key + dot + self.key)
 
 
 class WrongTable(ValueError):
@@ -81,12 +78,12 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _go_together(self) -> Self:
-        if found := list(self.problems()):
+        if found := list(self._problems()):
             raise WrongTable(found)
         return self
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """What is wrong with values that are allowed each by itself."""
+    def _problems(self) -> Iterator[KeyProblem]:
+        """Values that are allowed each by itself, but not together."""
         yield from ()
 
 
@@ -138,11 +135,11 @@ def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folde
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        lines = (f"{source}: {problem}" for problem in _problems(error, model))
+        lines = (f"{source}: {problem}" for problem in _translated(error, model))
         raise ScenarioError("\n".join(lines)) from error
 
 
-def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
+def _translated(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
     """Pydantic's errors in the table at `at` of a file with this model, in this project's words.
 
     A list whose entries are wrong is also said to be too short: that is dropped.
@@ -160,7 +157,7 @@ def _problems(error: ValidationError, model: type[BaseModel], at: Location = ())
             found += [problem.below(key) for problem in cause.problems]
         elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
             # It names the class of the settings, which a file does not know.
-            found += _problems(cause.__context__, model, location)
+            found += _translated(cause.__context__, model, location)
         else:
             found.append(_worded(item, location, model))
     return found
@@ -178,21 +175,19 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
     if kind == "union_tag_not_found":
         return KeyProblem(f"{key}.kind", None, "required")
     if kind == "union_tag_invalid":
-        return KeyProblem(
-            f"{key}.kind", context["tag"], f"must be {' or '.join(context['expected_tags'].rsplit(', ', 1))}"
-        )
+        tags = " or ".join(context["expected_tags"].rsplit(", ", 1))
+        return KeyProblem(f"{key}.kind", context["tag"], f"must be {tags}")
     if kind == "value_error":
         return KeyProblem(key, value, str(context["error"]))
     return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
 
 
-_SIGNS = {
-    "greater_than": ("gt", ">"),
-    "greater_than_equal": ("ge", ">="),
-    "less_than": ("lt", "<"),
-    "less_than_equal": ("le", "<="),
-}
-_MUST_BE = {
+_ALLOWED = {
+    "greater_than": "> {gt:g}",
+    "greater_than_equal": ">= {ge:g}",
+    "less_than": "< {lt:g}",
+    "less_than_equal": "<= {le:g}",
+    "literal_error": "{expected}",
     "float": "a number",
     "int": "an integer",
     "string_type": "text",
@@ -202,21 +197,16 @@ _MUST_BE = {
     "model": "a table",
     "finite_number": "a finite number",
 }
-"""By pydantic's kind of error, or by how it begins."""
+"""By pydantic's kind of error, or by its first word."""
+_LENGTHS = {"too_long": "<= {max_length}", "too_short": ">= {min_length}"}
 
 
 def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
     """The allowed values by pydantic's kind of error; None where its own message serves."""
-    if kind in _SIGNS:
-        name, sign = _SIGNS[kind]
-        return f"must be {sign} {context[name]:g}"
-    if kind in ("too_long", "too_short"):
-        sign, limit = ("<=", "max_length") if kind == "too_long" else (">=", "min_length")
-        return f"number of entries must be {sign} {context[limit]}, not {context['actual_length']}"
-    if kind == "literal_error":
-        return f"must be {context['expected']}"
-    words = _MUST_BE.get(kind) or _MUST_BE.get(kind.partition("_")[0])
-    return words and f"must be {words}"
+    if kind in _LENGTHS:
+        return f"number of entries must be {_LENGTHS[kind]}, not {{actual_length}}".format(**context)
+    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
+    return words and f"must be {words.format(**context)}"
 
 
 def _for_kind(table: type[BaseModel]) -> str:
@@ -243,7 +233,6 @@ def _resolved(location: Location, model: type[BaseModel]) -> tuple[str, type[Bas
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
-    """The models inside of `tuple[Model, ...] | None` and the like."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for inner in get_args(annotation):

@@ -28,15 +28,12 @@ class WrongSection(Section):
 
 
 class CameraSection(Section):
-    """A camera on the vehicle and the board at the goal, in the place of random detections.
+    """A camera on the vehicle and the board at the goal, in place of random detections.
 
     Attributes:
-        mount: the camera as it is believed to be; board: at the goal; optics: what its pictures suffer.
-        exact: the camera is mounted as believed; else height, pitch and roll are off at random, as its
-            tolerances say.
-        others: boards of other docks.
-        lost: from and to so long after the first detection [s] nothing is detected.
-        wrong: see there.
+        mount: the assumed camera; board: at the goal; optics: of its pictures; others: boards of other docks.
+        exact: the camera is mounted as assumed; else height, pitch and roll have random errors.
+        lost: nothing is detected between these times after the first detection [s]; wrong: see there.
     """
 
     mount: Camera = Camera()
@@ -47,8 +44,7 @@ class CameraSection(Section):
     lost: Pair | None = None
     wrong: WrongSection | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Times in the wrong order, and markers that a dictionary does not have or two boards share."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.lost is not None and not 0.0 <= self.lost[0] < self.lost[1]:
             allowed = "must be two times after the first detection, the later one last"
             yield KeyProblem("lost", list(self.lost), allowed)

@@ -32,11 +32,9 @@ class ControllerSection(Section):
 class SimulationSection(Section):
     """The plant and the clock. Times [s]; wheelbase_error relative; steering_offset [rad].
 
-    `acceleration_offset` comes on top of the command [m/s²], positive to the front.
-
-    `state_noise` is the standard deviation of the measured x, y [m], phi [rad], v [m/s], delta [rad].
-
-    `start_offset`: the vehicle starts there, in the frame of its start or of the path's [m], [m], [rad].
+    `acceleration_offset` is added to the command [m/s²], positive to the front. `state_noise`: standard
+    deviations of the measured x, y [m], phi [rad], v [m/s], delta [rad]. `start_offset`: of the start pose,
+    in its own frame [m], [m], [rad].
     """
 
     plant_step: float = Field(default=0.01, ge=0.0005, le=0.05)
@@ -50,8 +48,7 @@ class SimulationSection(Section):
     state_noise: _Noise = (0.0, 0.0, 0.0, 0.0, 0.0)
     start_offset: Triple = (0.0, 0.0, 0.0)
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """A plant that steps more seldom than the controller."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.plant_step > self.cycle:
             allowed = f"must be <= simulation.cycle = {self.cycle}"
             yield KeyProblem("plant_step", self.plant_step, allowed)

@@ -61,8 +61,7 @@ class FaultSection(Section):
     end: float = Field(alias="to")
     size: float | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """An end before its begin, or a size out of the range of its kind."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.end <= self.begin:
             yield KeyProblem("to", self.end, f"must be > from = {self.begin}")
         size = SIZES.get(self.kind)

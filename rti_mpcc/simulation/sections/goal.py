@@ -54,8 +54,7 @@ class MeasurementSection(Section):
     outlier_size: NotNegative = 1.0
     initial_offset: Triple = (0.4, -0.3, 0.1)
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Ranges that leave nothing."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.blind_range >= self.visible_range:
             allowed = f"must be < goal.measurement.visible_range = {self.visible_range}"
             yield KeyProblem("blind_range", self.blind_range, allowed)
@@ -85,8 +84,12 @@ class GoalSection(Section):
     camera: CameraSection | None = None
     shifts: ListOf[ShiftSection] = ()
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Two goals, a body that is no polygon, or a camera that is not said how far it sees."""
+    @property
+    def is_path_end(self) -> bool:
+        """No goal is given: the controller stops at the path's last pose."""
+        return self.offset is None and self.pose is None
+
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.offset is not None and self.pose is not None:
             yield KeyProblem("pose", self.pose, "either offset or pose, not both")
         if self.body is not None:

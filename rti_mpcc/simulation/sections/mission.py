@@ -82,16 +82,14 @@ MissionSection = Annotated[AnyStepSection, Field(discriminator="kind")]
 def built_step(section: AnyStepSection, goal: Pose2 | None, body: ArrayLike | None) -> AnyStep:
     """The step. Raises InputError.
 
-    Args:
-        goal: of a dock to which the route is planned; None: the end of the path, or its goal.
-        body: outline (k, 2) of what is docked at, in the goal's frame [m], or None.
+    `goal`: of a dock with a planned route, else None; `body`: outline (k, 2) of the docked object in its
+    frame [m].
     """
     given = {name: getattr(section, name) for name in section.model_fields_set if name != "kind"}
     match section:
         case DockStep():
-            if section.approach is not None:
-                given["approach"] = section.approach.build()
-            return Dock(goal, body=body, **given)
+            approach = {} if section.approach is None else {"approach": section.approach.build()}
+            return Dock(goal, body=body, **{**given, **approach})
         case WaitStep():
             return Wait(**given)
         case StraightStep():

@@ -38,8 +38,7 @@ class PathSection(Section):
 
     _beside = field_validator("file")(beside_the_file)
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """File and segments, too little of both, or no route that they make."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.file is not None and (self.start is not None or self.segments is not None):
             yield KeyProblem("file", self.file, "either file, or start and segments, not both")
             return
@@ -70,8 +69,7 @@ class NarrowingSection(Section):
     left: float | None = None
     right: float | None = None
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Neither boundary."""
+    def _problems(self) -> Iterator[KeyProblem]:
         if self.left is None and self.right is None:
             yield KeyProblem("", None, "needs left, right or both")
 
@@ -85,8 +83,7 @@ class CorridorSection(Section):
     polygon: Polygon | None = None
     obstacles: ListOf[Obstacle] = ()
 
-    def problems(self) -> Iterator[KeyProblem]:
-        """Offsets and a polygon, or too little of both."""
+    def _problems(self) -> Iterator[KeyProblem]:
         for key, value in (("left", self.left), ("right", self.right)):
             if self.polygon is None and value is None:
                 yield KeyProblem(key, None, "required where corridor.polygon is not given")

@@ -134,7 +134,7 @@ def test_the_body_has_room_at_the_planned_goal_of_a_scene(
         planned = noisy.planned_goal()
         assert planned is not None
         pose = np.array([[planned.x, planned.y, planned.phi]])
-        room = SolidThings.of(noisy.build_area()).clearance(pose, noisy.build_vehicle())
+        room = SolidThings.of(noisy.build_area()).clearance(pose, noisy.vehicle)
         assert room[0] >= SLOT_CLEARANCE
         assert any(seen(noisy).initial_offset)
         bare = changed(scene, {"area.obstacles": [], "area.boundary": None})

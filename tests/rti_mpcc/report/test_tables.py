@@ -13,12 +13,11 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from rti_mpcc.report.comparison import compared, comparison_tables
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import failure_lines, mission_rows, summary_table
-from rti_mpcc.simulation import RunResult, summary
+from rti_mpcc.report.table import compared, comparison_tables, failure_lines, mission_rows, summary_table
+from rti_mpcc.simulation import RunResult
 
 
 def shown(table: Table, width: int = 120) -> dict[str, list[str]]:
@@ -74,19 +73,6 @@ def test_table_has_each_figure_with_its_unit(figures: dict[str, Any]) -> None:
         assert rows[name] == cells, name
     assert rows["cycle p50 / p95 / p99 / max"][1] == "ms"
     assert len(rows["cycle p50 / p95 / p99 / max"][0].split(" / ")) == 4
-
-
-def test_table_has_the_planning_and_the_goal(detected: tuple[RunResult, Ride]) -> None:
-    figures = summary(detected[0])
-    nothing = dict.fromkeys(("longitudinal_m", "lateral_m", "heading_rad"))
-    goal = {**figures["goal"], "accepted": 27, "first_seen_s": None, "estimate_error": nothing}
-    planning = {"seconds": 0.5, "replans": 2, "length_m": None, "cusps": None}
-    rows = shown(summary_table({**figures, "goal": goal, "planning": planning}))
-    assert rows["goal source"] == ["detected", ""]
-    assert rows["goal accepted"] == ["27", ""]
-    assert rows["goal first seen"] == rows["goal estimate error lateral"] == ["–", ""]
-    assert rows["goal final status"] == ["lost", ""]
-    assert (rows["planning replans"], rows["planning length"]) == (["2", ""], ["–", ""])
 
 
 STEP = {
@@ -154,12 +140,8 @@ def test_ratios_are_to_the_first_run_of_the_same_scenario() -> None:
 def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
     first, second = comparison_tables(RUNS)
     assert (first.title, second.title) == ("inside", "behind")
-    assert [column.header for column in first.columns] == [
-        "",
-        "dynamic\n(paper)",
-        "separated\n(paper)",
-        "unit",
-    ]
+    heads = ["", "dynamic\n(paper)", "separated\n(paper)", "unit"]
+    assert [column.header for column in first.columns] == heads
     rows = shown(first)
     for name, cells in {
         "docked": ["yes", "no", ""],

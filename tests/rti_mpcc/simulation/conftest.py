@@ -13,6 +13,7 @@ import pytest
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.simulation import Scenario, scenario_from_dict
+from rti_mpcc.simulation.result import Cycles
 from rti_mpcc.types import (
     Array,
     Command,
@@ -24,6 +25,15 @@ from rti_mpcc.types import (
     Trajectory,
     VehicleState,
 )
+
+
+def with_columns(cycles: Cycles, **columns: Any) -> Cycles:
+    """The table of cycles with other columns."""
+    other = cycles.copy()
+    for name, values in columns.items():
+        other[name] = values
+    return other
+
 
 Script = Callable[[float, VehicleState], tuple[float, float]]
 
@@ -76,6 +86,8 @@ class Scripted:
         )
 
     def _diagnostics(self, now: float) -> Diagnostics:
+        solver: dict[str, Any] = {"residuals": (0.0, 0.0), "retried": False, "slack": 0.0, "detections": ()}
+        times: dict[str, Any] = {"prepare_ms": 1.0, "feedback_ms": 0.5, "solve_ms": 0.25, "step_ms": 1.5}
         return Diagnostics(
             theta=0.0,
             part=self.part(now),
@@ -85,18 +97,12 @@ class Scripted:
             failed=self.status(now) is Status.FAILED,
             solver_status="solved" if self.iterations(now) else "",
             iterations=self.iterations(now),
-            residuals=(0.0, 0.0),
-            retried=False,
-            slack=0.0,
             reason="",
             aim=Pose2(0.0, 0.0, 0.0),
             goal=None,
-            detections=(),
-            prepare_ms=1.0,
-            feedback_ms=0.5,
-            solve_ms=0.25,
-            step_ms=1.5,
             deadline_missed=False,
+            **solver,
+            **times,
         )
 
 

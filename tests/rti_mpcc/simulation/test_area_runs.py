@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
-from rti_mpcc.simulation.metrics import clearances, untimed
+from rti_mpcc.simulation.metrics import body_clearances, untimed
 from rti_mpcc.types import VehicleState
 from tests.rti_mpcc.simulation.conftest import forward, still
 
@@ -43,39 +42,11 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert (result.truth.part == 0).all()
 
 
-def test_without_a_way_there_is_no_last_part(scripted: Any, hall: Scenario) -> None:
+def test_without_a_route_there_is_no_path(scripted: Any, hall: Scenario) -> None:
     result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=scripted(script=still))
     assert not result.paths
-    assert not result.on_last_part(np.arange(3, dtype=np.int64)).any()
-    with pytest.raises(InputError, match=r"hall: no way was found"):
+    with pytest.raises(InputError, match=r"hall: no route was found"):
         _ = result.path
-
-
-class Sees:
-    """Notes whether the vehicle is on the last part."""
-
-    rate, delay = 10.0, 0.0
-
-    def __init__(self) -> None:
-        self.last: list[bool] = []
-
-    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
-        self.last.append(last_part)
-        return None
-
-
-def test_the_detector_is_told_of_the_last_part_of_the_way_that_was_planned(
-    scripted_planner: Any, hall: Scenario
-) -> None:
-    part = lambda now: 0 if now < 0.775 else 2  # noqa: E731
-    plan = lambda now: None if now < 0.375 else AHEAD  # noqa: E731
-    detector = Sees()
-    controller = scripted_planner(script=still, planned=plan, part=part)
-    simulate(changed(hall, {"simulation.duration": 1.2}), controller=controller, detector=detector)
-    assert detector.last == [False] * 9 + [True] * 4
-
-
-# -- figures ---------------------------------------------------------------------------------------------
 
 
 def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
@@ -86,8 +57,6 @@ def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
     assert figures["expected_time_s"] is None
     assert untimed(figures)["planning"] == {"replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
 
-
-# -- off the path that was given -------------------------------------------------------------------------
 
 ASIDE = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(-1, 0.0, 1.0), (1, 0.0, 9.0)])
 
@@ -128,10 +97,7 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
-    assert clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
+    assert body_clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
     scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)
-
-
-# -- who plans ---------------------------------------------------------------------------------------------

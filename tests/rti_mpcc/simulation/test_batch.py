@@ -9,7 +9,7 @@ import pytest
 
 from rti_mpcc import InputError
 from rti_mpcc.simulation import changed, load_scenario
-from rti_mpcc.simulation.batch import THREADS, Case, Outcome, drive_all
+from rti_mpcc.simulation.batch import THREADS, Case, DrivenCase, drive_all
 
 SHORT = changed(load_scenario("docking_behind"), {"simulation.duration": 1.0})
 CASES = [
@@ -18,7 +18,7 @@ CASES = [
 ]
 
 
-def poses(outcomes: list[Outcome]) -> list[list[list[float]]]:
+def poses(outcomes: list[DrivenCase]) -> list[list[list[float]]]:
     return [outcome.result.truth.poses.tolist() for outcome in outcomes]
 
 

@@ -11,7 +11,6 @@ import pytest
 from estimation import Camera, CharucoBoard
 from estimation.camera import turn
 from geometry import Pose2
-from rti_mpcc.simulation import camera as drawing
 from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.types import Array
 
@@ -46,43 +45,6 @@ def test_corners_are_where_the_projection_puts_them(camera: Camera, vehicle: Pos
     assert np.abs((found - expected).mean(axis=0)).max() < 0.03
 
 
-@pytest.mark.parametrize("distance", [8.0, 20.0, 60.0])
-def test_a_board_far_away_is_averaged_not_sampled(monkeypatch: pytest.MonkeyPatch, distance: float) -> None:
-    monkeypatch.setattr(
-        drawing, "surroundings", lambda width, height, random: np.zeros((height, width), np.float32)
-    )
-    vehicle = Pose2(distance, 0.0, 0.0)
-    picture = taking().expose(vehicle, DOCK).astype(float)
-    depth = distance + CAMERA.x - BOARD.x
-    area = np.prod(np.array(BOARD.size) + 2.0 * CLEAR.border * BOARD.square)
-    near = taking().expose(DOCK, DOCK).astype(float)
-    near_depth = CAMERA.x - BOARD.x
-    # The light of the whole board falls with the square of the distance, whatever its pattern.
-    assert picture.sum() * depth**2 == pytest.approx(near.sum() * near_depth**2, rel=0.03)
-    assert picture.sum() > 50.0 * area * (CAMERA.fx / depth) ** 2
-
-
-def test_exposure_multiplies_and_clips() -> None:
-    dim, bright, glaring = (
-        taking(exposure=e, blur=0.0, noise=0.0).expose(DOCK, DOCK) for e in (0.5, 1.0, 3.0)
-    )
-    assert dim.astype(float).mean() == pytest.approx(0.5 * bright.astype(float).mean(), abs=0.6)
-    assert glaring.max() == 255
-    assert np.mean(glaring == 255) > 0.1
-
-
-def test_noise_has_its_deviation() -> None:
-    pictures = taking(noise=5.0, blur=0.0, exposure=1.0)
-    one, other = (pictures.expose(DOCK, DOCK).astype(float) for _ in range(2))
-    assert np.std(one - other) == pytest.approx(5.0 * np.sqrt(2.0), rel=0.03)
-
-
-def test_blur_softens_edges() -> None:
-    sharp, soft = (taking(blur=b, noise=0.0).expose(DOCK, DOCK).astype(float) for b in (0.0, 2.0))
-    assert np.abs(np.diff(soft)).max() < 0.5 * np.abs(np.diff(sharp)).max()
-    assert soft.mean() == pytest.approx(sharp.mean(), rel=0.01)
-
-
 @pytest.mark.parametrize(
     "vehicle",
     [Pose2(-8.0, 0.0, 0.0), Pose2(-1.85, 0.0, 0.0), Pose2(3.0, 9.0, 0.0), Pose2(-8.0, 0.0, pi)],
@@ -94,24 +56,6 @@ def test_a_board_that_is_not_seen_leaves_the_background(vehicle: Pose2) -> None:
     empty = pictures.expose(vehicle, far_off)
     assert np.array_equal(pictures.expose(vehicle, DOCK), empty)
     assert empty.std() > 10.0  # not plain
-
-
-def test_the_background_turns_with_the_vehicle() -> None:
-    pictures, far_off = taking(), Pose2(0.0, 1e6, 0.0)
-    ahead = pictures.expose(DOCK, far_off)
-    turned = pictures.expose(Pose2(0.0, 0.0, 100.0 / CAMERA.fx), far_off)
-    # The vehicle turns to the left, and its rear view with it: what was seen moves to the right.
-    assert np.array_equal(turned[:, 100:], ahead[:, :-100])
-    assert np.array_equal(pictures.expose(Pose2(5.0, 3.0, 0.0), far_off), ahead)
-
-
-def test_other_boards_leave_the_noise_of_a_picture_as_it_is() -> None:
-    behind = (BOARD.model_copy(update={"first_marker": 20}), Pose2(20.0, 0.0, 0.0))
-    alone, more = (
-        BoardCamera(CAMERA, BOARD, Optics(), np.random.default_rng(4), others) for others in ((), (behind,))
-    )
-    for vehicle in (Pose2(1.0, 0.1, 0.0), Pose2(4.0, -0.2, 0.1)):
-        assert np.array_equal(alone.expose(vehicle, DOCK), more.expose(vehicle, DOCK))
 
 
 @pytest.mark.parametrize("nearer", ["own", "other"])

@@ -8,25 +8,26 @@ import numpy as np
 import pytest
 
 from rti_mpcc.simulation import changed, load_scenario
-from rti_mpcc.simulation.batch import Case, Outcome, drive
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive
 from rti_mpcc.simulation.campaign_row import CaseOutcome, Drawn, failures_driven, outcome_of, row_of
 from rti_mpcc.simulation.metrics import TIMED
 from rti_mpcc.types import Source, Status
+from tests.rti_mpcc.simulation.conftest import with_columns
 
 DRAWN: Drawn = {"course": {"number": 7}, "disturbances": {}}
 
 
-def driven(deadline: float | None = None) -> Outcome:
+def driven(deadline: float | None = None) -> DrivenCase:
     changes = {"simulation.duration": 0.5, "controller.deadline": deadline}
     return drive(Case(scenario=changed(load_scenario("docking_inside"), changes), seed=4))
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> DrivenCase:
     return driven()
 
 
-def test_a_row_has_the_figures_of_the_run_and_is_the_same_each_time(outcome: Outcome) -> None:
+def test_a_row_has_the_figures_of_the_run_and_is_the_same_each_time(outcome: DrivenCase) -> None:
     row = row_of(7, outcome, DRAWN)
     assert row.table() == row_of(7, driven(), DRAWN).table()
     table = row.table()
@@ -36,19 +37,6 @@ def test_a_row_has_the_figures_of_the_run_and_is_the_same_each_time(outcome: Out
     assert {name: table["figures"][name] for name in figures} == figures
     assert not set(TIMED) & set(table["figures"])
     assert sum(table["figures"]["cycles_by_status"].values()) == len(outcome.result.cycles.times)
-
-
-def test_what_is_timed_is_kept_apart(outcome: Outcome) -> None:
-    timed = row_of(7, outcome, DRAWN).timed
-    assert timed == {
-        "cycle_ms": outcome.figures["cycle_ms"],
-        "deadline_misses": 0,
-        "misses": {},
-        "planning_s": None,
-    }
-    hurried = row_of(7, driven(deadline=0.0011), DRAWN).timed
-    assert hurried is not None
-    assert sum(hurried["misses"].values()) == hurried["deadline_misses"]
 
 
 @pytest.mark.parametrize(
@@ -63,23 +51,23 @@ def test_what_is_timed_is_kept_apart(outcome: Outcome) -> None:
     ],
 )
 def test_how_a_case_ended(
-    outcome: Outcome, docked: bool, ended: str, last: Status, expected: CaseOutcome
+    outcome: DrivenCase, docked: bool, ended: str, last: Status, expected: CaseOutcome
 ) -> None:
     result = outcome.result
-    cycles = replace(result.cycles, status=(*result.cycles.status[:-1], last))
+    cycles = with_columns(result.cycles, status=[*result.cycles.status[:-1], last])
     assert outcome_of(replace(result, ended=ended, cycles=cycles), docked=docked) is expected
 
 
-def test_what_did_not_dock_has_the_last_reason(outcome: Outcome) -> None:
+def test_what_did_not_dock_has_the_last_reason(outcome: DrivenCase) -> None:
     reasons = ("early", "late", *[""] * (len(outcome.result.cycles.times) - 2))
-    result = replace(outcome.result, cycles=replace(outcome.result.cycles, reason=reasons))
+    result = replace(outcome.result, cycles=with_columns(outcome.result.cycles, reason=reasons))
     assert row_of(0, replace(outcome, result=result), DRAWN).detail == "late"
 
 
-def test_refused_solutions_that_were_driven_are_counted(outcome: Outcome) -> None:
+def test_refused_solutions_that_were_driven_are_counted(outcome: DrivenCase) -> None:
     cycles = outcome.result.cycles
     count = len(cycles.times)
     failed = np.zeros(count, dtype=np.bool_)
     failed[:3] = True
     source = (Source.SOLUTION, Source.BRAKING, Source.SOLUTION, *[Source.SOLUTION] * (count - 3))
-    assert failures_driven(replace(cycles, failed=failed, source=source)) == 2
+    assert failures_driven(with_columns(cycles, failed=failed, source=source)) == 2

@@ -34,20 +34,6 @@ def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
     assert result.ended == "duration"
 
 
-def test_progress_is_on_the_part_that_the_controller_is_on(scripted: Any, straight: Scenario) -> None:
-    there_and_back = [
-        {"direction": 1, "curvature": 0.0, "length": 6.0},
-        {"direction": -1, "curvature": 0.0, "length": 6.0},
-    ]
-    scenario = changed(straight, {"path.segments": there_and_back, "simulation.duration": 6.0})
-    controller = scripted(script=triangle(2.0), part=lambda now: int(now > 5.0 - 1e-6))
-    truth = simulate(scenario, controller=controller).truth
-    first = truth.times < 5.0 - 1e-6
-    assert (truth.part == np.where(first, 0, 1)).all()
-    assert truth.theta[first][-1] == pytest.approx(4.0)  # of six metres forward
-    assert truth.theta[~first] == pytest.approx(8.0)  # and two of those back
-
-
 def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario) -> None:
     scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=triangle(2.0)))
@@ -56,18 +42,6 @@ def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario)
     assert result.ended == "docked"
     # 0.5 s of standing make it docked, and it goes on for 0.5 s more.
     assert truth.times[-1] == pytest.approx(standing + 1.0, abs=0.0101)
-
-
-@pytest.mark.parametrize(("said", "ends"), [(5.0, 5.0), (60.0, 9.5)])
-def test_run_waits_for_the_controllers_own_word(
-    scripted: Any, straight: Scenario, said: float, ends: float
-) -> None:
-    scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0], "simulation.dead_time": 0.0})
-    controller = scripted(script=triangle(2.0), docked=lambda now: now > said - 1e-6)
-    result = simulate(scenario, controller=controller)
-    assert result.ended == "docked"
-    # It stands from 4.0 s on, and is docked since it was slower than 0.02 m/s.
-    assert result.truth.times[-1] == pytest.approx(ends, abs=0.05)
 
 
 @pytest.mark.parametrize("status", [Status.STALLED, Status.FAILED])

@@ -14,13 +14,10 @@ from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation import load_docks, read_docks
-from rti_mpcc.simulation.docks_file import ContactSection, DockSection, approach_poses
+from rti_mpcc.simulation.docks_file import ContactSection, DockSection
 from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.steps import Approach, DockKind, Straight
 from tests.rti_mpcc.dock_files import EXAMPLE, FIRST, SECOND, written
-from tests.rti_mpcc.simulation.conftest import write_map
-
-# -- what a file says ----------------------------------------------------------------------------------------
 
 
 def test_what_a_file_says(tmp_path: Path) -> None:
@@ -36,15 +33,6 @@ def test_what_a_file_says(tmp_path: Path) -> None:
     assert first.board == CharucoBoard(x=-2.1, first_marker=5)
 
 
-def test_what_need_not_be_given(tmp_path: Path) -> None:
-    docks = read_docks(written(tmp_path, SECOND))
-    second = docks.docks["second"]
-    assert second.kind is DockKind.KNOWN
-    assert [second.tolerance, second.body, second.board, second.approach, second.contact] == [None] * 5
-    assert docks.vehicle == Vehicle()
-    assert docks.area is None
-
-
 def test_a_vehicle_and_an_area(tmp_path: Path) -> None:
     more = "[vehicle]\nwidth = 1.5\n[area]\nboundary = [[0, 0], [30, 0], [30, 20], [0, 20]]\n"
     docks = read_docks(written(tmp_path, FIRST + more))
@@ -52,20 +40,6 @@ def test_a_vehicle_and_an_area(tmp_path: Path) -> None:
     assert docks.area is not None
     assert docks.area.boundary is not None
     assert docks.area.boundary.max(axis=0).tolist() == [30.0, 20.0]
-
-
-def test_a_map_lies_beside_the_file(tmp_path: Path) -> None:
-    write_map(tmp_path)
-    docks = read_docks(written(tmp_path, 'area = { map = "yard.yaml" }\n' + SECOND.replace("5", "0")))
-    assert docks.area is not None
-
-
-def test_the_approach_ends_at_the_dock(tmp_path: Path) -> None:
-    docks = load_docks(written(tmp_path, FIRST + SECOND))
-    poses = approach_poses(docks["first"])
-    assert poses[0] == docks["first"].pose
-    assert (poses[-1].x, poses[-1].y) == pytest.approx((10.0, 7.0))
-    assert approach_poses(docks["second"]) == []
 
 
 def test_all_keys_are_documented() -> None:
@@ -89,9 +63,6 @@ def test_all_keys_are_documented() -> None:
         assert found[f"dock.{name}"] == set(model.model_fields)
 
 
-# -- and what is wrong with it -------------------------------------------------------------------------------
-
-
 def test_two_of_one_name(tmp_path: Path) -> None:
     said = "dock[1].name = 'second': must be a name of its own, dock[0] has it already"
     with pytest.raises(ScenarioError, match=re.escape(said)):
@@ -105,12 +76,6 @@ def test_boards_that_share_markers(tmp_path: Path, dictionary: str) -> None:
     said = "must leave the markers 5 to 14 of DICT_4X4_50 to the board of dock 'first'"
     with pytest.raises(ScenarioError, match=re.escape(f"dock[1].board.first_marker = 14: {said}")):
         load_docks(written(tmp_path, FIRST + other))
-
-
-@pytest.mark.parametrize("board", ["first_marker = 15", 'dictionary = "DICT_5X5_50", first_marker = 5'])
-def test_boards_that_share_none(tmp_path: Path, board: str) -> None:
-    other = FIRST.replace("first", "other", 1).replace("10.0", "30.0").replace("first_marker = 5", board)
-    assert list(load_docks(written(tmp_path, FIRST + other))) == ["first", "other"]
 
 
 def test_a_body_may_touch_the_docked_vehicle(tmp_path: Path) -> None:

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.simulation import Scenario, changed, simulate, summary
-from rti_mpcc.types import Command, Status, VehicleState
+from rti_mpcc.simulation import Scenario, changed, simulate
+from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.simulation.conftest import forward, still
 
@@ -29,12 +28,6 @@ def faulty(
 def acting(controller: Any) -> list[bool]:
     """For each cycle of a run of `faulty` whether the fault acted in it."""
     return [bool(0.5 - 1e-6 < 0.05 * cycle < 1.0 - 1e-6) for cycle in range(len(controller.given))]
-
-
-# -- in the file -----------------------------------------------------------------------------------------
-
-
-# -- the measured state ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("kind", "broken"), [("nan_state", isnan), ("infinite_state", isinf)])
@@ -67,18 +60,6 @@ def test_a_jump_moves_the_measured_position_to_the_left(
         assert (state.phi, state.v, state.delta) == (start.phi, start.v, start.delta)
 
 
-def test_noise_is_the_same_with_and_without_faults(scripted: Any, straight: Scenario) -> None:
-    noise = {"simulation.state_noise": [0.1, 0.1, 0.1, 0.1, 0.1]}
-    usual, lost = scripted(script=still), scripted(script=still)
-    simulate(changed(faulty(straight, "lost_cycles"), {"faults": [], **noise}), controller=usual, seed=3)
-    simulate(faulty(straight, "lost_cycles", changes=noise), controller=lost, seed=3)
-    states = {now: state for now, state, _, _ in usual.given}
-    assert all(states[now] == state for now, state, _, _ in lost.given)
-
-
-# -- cycles and clock ------------------------------------------------------------------------------------
-
-
 def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=lambda now, state: (1.0 if now < 0.475 else -1.0, 0.0))
     result = simulate(faulty(straight, "lost_cycles"), controller=controller)
@@ -90,26 +71,12 @@ def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, stra
     assert truth.v == pytest.approx(np.minimum(truth.times, 2.0 - truth.times), abs=1e-9)
 
 
-def test_a_run_may_lose_all_its_cycles(scripted: Any, straight: Scenario) -> None:
-    changes = {"simulation.duration": 1.0, "faults": [{"kind": "lost_cycles", "from": 0.0, "to": 9.0}]}
-    detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
-    result = simulate(changed(straight, changes | detected), controller=scripted(script=forward))
-    assert result.cycles.weights.shape == (0, 4)
-    assert result.tracking is not None
-    assert result.tracking.covariances.shape == (0, 3, 3)
-    assert summary(result)["distance_m"] == 0.0
-    assert result.ended == "duration"
-
-
 def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=still)
     result = simulate(faulty(straight, "clock_back"), controller=controller)
     given = np.array([given[0] for given in controller.given])
     assert result.cycles.times == pytest.approx(0.05 * np.arange(41), abs=1e-9)
     assert given == pytest.approx(result.cycles.times - 3.0 * np.array(acting(controller)), abs=1e-9)
-
-
-# -- the solver ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -127,22 +94,6 @@ def test_every_qp_of_the_cycle_goes_wrong(kind: str, word: str, late: bool) -> N
     }
 
 
-def test_a_clock_is_given_in_the_cycles_of_a_solver_fault_only(scripted: Any, straight: Scenario) -> None:
-    clocks: list[CycleClock | None] = []
-
-    class Clocked(scripted):  # type: ignore[misc]
-        def step(self, state: VehicleState, *, clock: CycleClock | None = None, **given: Any) -> Command:
-            clocks.append(clock)
-            return super().step(state, **given)  # type: ignore[no-any-return]
-
-    controller = Clocked(script=still)
-    simulate(faulty(straight, "solver_timeout"), controller=controller)
-    assert [clock is not None for clock in clocks] == acting(controller)
-
-
-# -- the goal --------------------------------------------------------------------------------------------
-
-
 def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=still)
     scenario = faulty(straight, "goal_jump", 0.6, {"goal.pose": [9.0, 0.5, np.pi / 6.0]})
@@ -151,13 +102,6 @@ def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) ->
     for (_, _, given, _), acts in zip(controller.given, acting(controller), strict=True):
         assert given == (goal.compose(Pose2(0.0, 0.6, 0.0)) if acts else goal)
     assert np.ptp(result.truth.goals, axis=0) == pytest.approx(0.0)
-
-
-def test_a_path_end_that_jumped_is_told_from_then_on(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=still)
-    simulate(faulty(straight, "goal_jump"), controller=controller)
-    end = Pose2(10.0, 0.0, 0.0)
-    assert [given[2] for given in controller.given] == [None] * 10 + [Pose2(10.0, 0.5, 0.0)] * 10 + [end] * 21
 
 
 @pytest.mark.parametrize("kind", ["goal_jump", "goal_nan"])
@@ -174,12 +118,6 @@ def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scena
             assert isnan(bad.phi)
         else:
             assert (bad.stamp, bad.x, bad.y) == pytest.approx((good.stamp, place.x, place.y))
-
-
-# -- the vehicle -----------------------------------------------------------------------------------------
-
-
-# -- how long a run goes on ------------------------------------------------------------------------------
 
 
 def test_a_stop_counts_from_the_end_of_the_last_fault_on(scripted: Any, straight: Scenario) -> None:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import nan
 from typing import Any
 
 import numpy as np
 import pytest
 
-from estimation import Frame, GoalMeasurement
+from estimation import Frame
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import GoalSource, Scenario, SimulatedDetector, scenario_from_dict, simulate
-from rti_mpcc.simulation.goal_feed import GoalFeed, source_in
-from rti_mpcc.simulation.sections.goal import MeasurementSection, ShiftSection
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation.sections.goal import MeasurementSection
+from rti_mpcc.types import Array
 from tests.rti_mpcc.simulation.conftest import forward, still
 
 VEHICLE = Pose2(3.0, -1.0, 2.5)
@@ -23,8 +21,6 @@ PLANNED, TRUE = Pose2(10.5, 0.2, 0.1), Pose2(10.0, 0.0, 0.0)
 STDS = ("position_std", "heading_std", "position_floor", "heading_floor")
 EXACT: dict[str, Any] = dict.fromkeys(STDS, 1e-9)
 SURE: dict[str, Any] = {"dropout": 0.0, "outlier": 0.0}
-
-# -- the detector ----------------------------------------------------------------------------------------
 
 
 def detector(seed: int = 1, **section: Any) -> SimulatedDetector:
@@ -65,14 +61,6 @@ def test_nothing_is_seen_too_far_or_too_near(distance: float, seen: int) -> None
     assert len(errors(detector(**SURE, blind_range=4.0), distance, 5)) == seen
 
 
-@pytest.mark.parametrize(
-    ("after_cusp", "last_part", "seen"), [(True, False, 0), (True, True, 5), (False, False, 5)]
-)
-def test_visible_after_the_cusp_only(after_cusp: bool, last_part: bool, seen: int) -> None:
-    watching = detector(**SURE, visible_after_cusp=after_cusp)
-    assert len(errors(watching, 5.0, 5, last_part=last_part)) == seen
-
-
 @pytest.mark.parametrize(("dropout", "outlier"), [(0.0, 0.02), (0.5, 0.3), (0.1, 1.0), (1.0, 0.0)])
 def test_shares_of_dropouts_and_of_outliers_in_any_direction(dropout: float, outlier: float) -> None:
     found = errors(detector(dropout=dropout, outlier=outlier, outlier_size=0.7, **EXACT), 5.0, 5000)
@@ -85,87 +73,6 @@ def test_shares_of_dropouts_and_of_outliers_in_any_direction(dropout: float, out
         directions = np.arctan2(found[wrong, 1], found[wrong, 0])
         quarters = np.histogram(directions, bins=4, range=(-np.pi, np.pi))[0] / wrong.sum()
         assert quarters == pytest.approx(np.full(4, 0.25), abs=0.12)
-
-
-def test_a_missed_exposure_uses_up_its_noise() -> None:
-    watching, other = detector(7, **SURE), detector(7, **SURE)
-    errors(watching, 5.0, 10)
-    errors(other, 99.0, 4)
-    errors(other, 5.0, 6, last_part=False)
-    assert errors(watching, 5.0, 3) == pytest.approx(errors(other, 5.0, 3), abs=0.0)
-
-
-# -- by each source --------------------------------------------------------------------------------------
-
-
-@dataclass(kw_only=True)
-class Blind:
-    """A detector that sees nothing; keeps when it looked."""
-
-    rate: float = 10.0
-    delay: float = 0.0
-    stamps: list[float] = field(default_factory=list)
-
-    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
-        self.stamps.append(stamp)
-        return None
-
-
-def seen(stamp: float, x: float, *, vehicle: Pose2 | None = None) -> GoalMeasurement:
-    return GoalMeasurement(stamp=stamp, x=x, y=0.5, phi=0.2, frame=Frame.VEHICLE, vehicle=vehicle)
-
-
-def feed(source: GoalSource, *arriving: tuple[float, GoalMeasurement]) -> GoalFeed:
-    return GoalFeed(source=source, planned=PLANNED, goal=TRUE, detector=Blind(), under_way=list(arriving))
-
-
-def state_at(now: float) -> VehicleState:
-    """Ahead at 2 m/s, turning at 0.4 rad/s."""
-    return VehicleState(x=2.0 * now, y=1.0, phi=0.4 * now, v=2.0, delta=0.0)
-
-
-def goals(fed: GoalFeed, until: float) -> list[Pose2 | None]:
-    """The goals at cycles 0.05 s apart."""
-    return [fed.given(0.05 * k, state_at(0.05 * k))[0] for k in range(round(until / 0.05) + 1)]
-
-
-def test_detections_are_handed_on_beside_the_planned_goal() -> None:
-    first, second = seen(0.0, 9.0), seen(0.1, 8.9)
-    fed = feed(GoalSource.DETECTED, (0.1, first), (0.2, second))
-    given = [fed.given(now, state_at(now)) for now in (0.0, 0.1, 0.15, 0.2)]
-    assert given == [(PLANNED, ()), (PLANNED, (first,)), (PLANNED, ()), (PLANNED, (second,))]
-
-
-def test_known_goal_is_the_true_one_wherever_it_moves() -> None:
-    shift = ShiftSection(at_distance=5.0, offset=(1.0, 0.0, 0.0))
-    for planned, first in ((PLANNED, TRUE), (None, None)):
-        fed = GoalFeed(source=GoalSource.KNOWN, planned=planned, goal=TRUE, shifts=(shift,), detector=None)
-        assert fed.given(0.0, state_at(0.0)) == (first, ())
-        fed.approach(Pose2(6.0, 0.0, 0.0))
-        assert fed.given(0.1, state_at(0.1)) == (Pose2(11.0, 0.0, 0.0), ())
-
-
-@pytest.mark.parametrize("stamp", [0.1, 0.13])
-def test_raw_detection_is_placed_by_where_the_vehicle_was_at_its_stamp(stamp: float) -> None:
-    given = goals(feed(GoalSource.RAW, (0.3, seen(stamp, 9.0))), 0.5)
-    there = state_at(stamp)
-    expected = Pose2(there.x, there.y, there.phi).compose(Pose2(9.0, 0.5, 0.2))
-    assert given[:6] == [PLANNED] * 6
-    for goal in given[6:]:
-        assert goal is not None
-        assert (goal.x, goal.y, goal.phi) == pytest.approx((expected.x, expected.y, expected.phi), abs=1e-9)
-
-
-def test_raw_goal_is_that_of_the_newest_stamp_with_numbers() -> None:
-    newer, older, newest = seen(0.2, 9.0), seen(0.1, 5.0), seen(0.3, 8.0)
-    given = goals(
-        feed(GoalSource.RAW, (0.25, newer), (0.3, older), (0.4, newest), (0.45, seen(0.4, nan))), 0.5
-    )
-    assert given[5] == given[6] == given[7] != PLANNED
-    assert given[8] == given[10] != given[7]
-    own = Pose2(1.0, 2.0, 0.0)
-    given = goals(feed(GoalSource.RAW, (0.1, seen(0.05, 9.0, vehicle=own)), (0.2, seen(-5.0, 3.0))), 0.3)
-    assert given[2] == given[-1] == Pose2(10.0, 2.5, 0.2)
 
 
 @pytest.mark.parametrize("source", list(GoalSource))
@@ -192,9 +99,6 @@ def test_run_keeps_its_source_and_gives_measurements_to_a_filter_only(
         assert len(given - {first}) == 6
     else:
         assert given == {first if source is GoalSource.DETECTED else TRUE}
-
-
-# -- in the loop -----------------------------------------------------------------------------------------
 
 
 def watched(tables: dict[str, Any], duration: float = 2.0, **measurement: Any) -> Scenario:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from math import nan, pi
+from math import pi
 from typing import Any
 
 import numpy as np
 import pytest
 
-from estimation import GoalStatus, Judgement, Outcome
+from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2
-from rti_mpcc.simulation import GoalSource, RunResult, Scenario, Tracking, changed, simulate, summary
-from rti_mpcc.simulation.goal_metrics import ERRORS, errors_to, goal_summary
+from rti_mpcc.simulation import GoalSource, RunResult, Scenario, changed, simulate, summary
+from rti_mpcc.simulation.metrics import errors_to, goal_summary
+from tests.rti_mpcc.simulation.conftest import with_columns
+
+GOAL = Pose2(10.0, 0.0, 0.0)
+ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 
 
 @pytest.fixture
@@ -27,29 +31,20 @@ def tracked(
     run: RunResult,
     *,
     seen_from: int = 11,
-    estimates: dict[int, tuple[float, float, float]] | None = None,
+    estimate: Pose2 = GOAL,
     detections: tuple[Judgement, ...] = (),
-    last: GoalStatus | None = None,
+    last: GoalStatus = GoalStatus.TRACKING,
     source: GoalSource = GoalSource.DETECTED,
 ) -> RunResult:
-    """The run with an estimate from the cycle `seen_from` on: the goal, unless `estimates` says otherwise."""
-    count = len(run.cycles.times)
-    poses = np.full((count, 3), nan)
-    poses[seen_from:] = 10.0, 0.0, 0.0
-    for cycle, pose in (estimates or {}).items():
-        poses[cycle] = pose
-    status = [GoalStatus.SEARCHING] * seen_from + [GoalStatus.TRACKING] * (count - seen_from)
-    if last is not None:
-        status[-1] = last
-    tracking = Tracking(
-        aims=np.tile((10.0, 0.0, 0.0), (count, 1)),
-        estimates=poses,
-        covariances=np.full((count, 3, 3), nan),
-        status=tuple(status) if source is GoalSource.DETECTED else (None,) * count,
-        detections=detections,
-        arrivals=np.zeros(len(detections)),
-    )
-    return replace(run, tracking=tracking, goal_source=source)
+    """The run with an estimate of the goal from the cycle `seen_from` on."""
+    count = len(run.cycles)
+    seen = [GoalEstimate(status=GoalStatus.TRACKING, pose=estimate)] * (count - seen_from)
+    goals = [GoalEstimate(status=GoalStatus.SEARCHING)] * seen_from + seen
+    if seen:
+        goals[-1] = replace(goals[-1], status=last)
+    columns = with_columns(run.cycles, goal=goals if source is GoalSource.DETECTED else [None] * count)
+    columns.detections[0] = detections
+    return replace(run, cycles=columns, detector=True, goal_source=source)
 
 
 def judged(outcome: Outcome, nis: float | None = None) -> Judgement:
@@ -96,32 +91,15 @@ def test_error_is_that_of_the_last_estimate_to_the_goal_of_that_time(run: RunRes
     goals = run.truth.goals.copy()
     goals[run.truth.times > 0.85] = 10.0, 1.0, 0.5 * pi
     moved = replace(run, truth=replace(run.truth, goals=goals))
-    last = (10.02, 1.1, 0.5 * pi + 0.03)
-    found = figures(tracked(moved, seen_from=2, estimates={10: last}, last=GoalStatus.LOST))
-    assert found["estimate_error"] == pytest.approx(
-        dict(zip(ERRORS, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
-    )
+    estimate = Pose2(10.02, 1.1, 0.5 * pi + 0.03)
+    found = figures(tracked(moved, seen_from=2, estimate=estimate, last=GoalStatus.LOST))
+    errors = dict(zip(ERRORS, (0.1, -0.02, 0.03), strict=True))
+    assert found["estimate_error"] == pytest.approx(errors, abs=1e-12)
     assert found["final_status"] == "lost"
 
 
 def test_goal_that_was_never_seen(run: RunResult) -> None:
     found = figures(tracked(run, detections=(judged(Outcome.REJECTED),)))
-    assert found == {
-        "source": "detected",
-        "detections": 1,
-        "accepted": 0,
-        "rejected": 1,
-        "refused": 0,
-        "first_seen_s": None,
-        "estimate_error": dict.fromkeys(ERRORS),
-        "mean_nis": None,
-        "final_status": "searching",
-    }
-
-
-@pytest.mark.parametrize("source", [GoalSource.RAW, GoalSource.KNOWN])
-def test_without_a_filter_there_is_the_source_only(run: RunResult, source: GoalSource) -> None:
-    found = figures(tracked(run, source=source))
-    assert found.pop("source") == source.value
-    assert found.pop("estimate_error") == dict.fromkeys(ERRORS)
-    assert set(found.values()) == {None}
+    counts = {"detections": 1, "accepted": 0, "rejected": 1, "refused": 0}
+    none = {"first_seen_s": None, "estimate_error": dict.fromkeys(ERRORS), "mean_nis": None}
+    assert found == {"source": "detected", **counts, **none, "final_status": "searching"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
@@ -14,6 +13,7 @@ from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, s
 from rti_mpcc.simulation.metrics import energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import direction_changes, energy_bound
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
+from tests.rti_mpcc.simulation.conftest import with_columns
 
 STEP = 0.01
 TIMES: Array = STEP * np.arange(1001, dtype=np.float64)
@@ -51,11 +51,6 @@ def run(scripted: Any, straight: Scenario) -> RunResult:
     """A run whose truth the tests replace."""
     controller = scripted(script=lambda now, state: (0.0, 0.0))
     return simulate(changed(straight, {"simulation.duration": 1.0}), controller=controller)
-
-
-def arriving(offset: Array) -> Array:
-    """(n, 3) poses that are `offset` (n,) short of the docked pose, along x."""
-    return np.stack([10.0 - offset, np.zeros_like(offset), np.zeros_like(offset)], axis=-1)
 
 
 @pytest.mark.parametrize("until", [None, 4.0])
@@ -126,10 +121,6 @@ def test_the_best_ride_takes_no_more_than_its_bound(sign: float) -> None:
     assert energy(truth, None)["acceleration"] == pytest.approx(energy_bound(truth, 12.0), rel=1e-3)
 
 
-def test_who_does_not_move_has_no_bound() -> None:
-    assert energy_bound(truth_of(), 10.0) == 0.0
-
-
 def test_hard_braking_is_counted_by_its_reason(scripted: Any, straight: Scenario) -> None:
     # 0.5 m/s², from 3 s on -1 m/s² for 0.5 s, then none: the reasons are the controller's.
     def script(now: float, state: VehicleState) -> tuple[float, float]:
@@ -142,21 +133,11 @@ def test_hard_braking_is_counted_by_its_reason(scripted: Any, straight: Scenario
     assert summary(result)["hard_braking"] == {Reason.DRIVES.value: hard}
     last = int(np.flatnonzero(cycles.acceleration == -1.0)[-1])
     causes = tuple(Reason.CONTACT_AHEAD if i == last else each for i, each in enumerate(cycles.cause))
-    other = summary(replace(result, cycles=replace(cycles, cause=causes)))
+    other = summary(replace(result, cycles=with_columns(cycles, cause=causes)))
     assert other["hard_braking"] == {Reason.CONTACT_AHEAD.value: 1, Reason.DRIVES.value: hard - 1}
     # What a weak drive makes of it is in comfort.
     weak = replace(result, scenario=changed(result.scenario, {"simulation.acceleration_gain": 0.4}))
     assert summary(weak)["hard_braking"] == {}
-
-
-@pytest.mark.parametrize(("axis", "limit"), [(0, 0.05), (1, 0.05), (2, 0.03490658503988659)])
-def test_each_tolerance_counts(run: RunResult, axis: int, limit: float) -> None:
-    for factor, reached in ((0.999, True), (1.001, False)):
-        poses = np.tile(DOCKED_POSE, (len(TIMES), 1))
-        poses[:, axis] += factor * limit
-        figures = summary(replace(run, truth=truth_of(poses=poses)))
-        assert (figures["time_to_tolerance_s"] == 0.0) is reached
-        assert figures["docked"] is reached
 
 
 @pytest.mark.parametrize(
@@ -183,30 +164,13 @@ def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
     step_ms = np.linspace(1.0, 2.0, count)
     step_ms[0] = 500.0
     iterations = np.arange(count)
-    cycles = replace(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
+    cycles = with_columns(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
     figures = summary(replace(run, cycles=cycles))
     assert figures["cycle_ms"]["max"] == 2.0
     assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
     assert figures["feedback_ms"] == {"p50": 0.5, "p95": 0.5, "p99": 0.5, "max": 0.5}
-    assert figures["solver"] == {
-        "iterations_p50": 15.0,
-        "iterations_p95": 19.5,
-        "failures": 0,
-        "iteration_limit_cycles": 0,
-    }
-
-
-def test_a_run_of_one_cycle_has_no_spread(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=lambda now, state: (0.0, 0.0), iterations=lambda now: 0)
-    figures = summary(simulate(changed(straight, {"simulation.duration": 0.01}), controller=controller))
-    assert figures["cycle_ms"] == dict.fromkeys(("p50", "p95", "p99", "max"))
-    assert figures["solver"] == {
-        "iterations_p50": None,
-        "iterations_p95": None,
-        "failures": 0,
-        "iteration_limit_cycles": 0,
-    }
-    assert json.loads(json.dumps(figures, allow_nan=False)) == figures
+    solver = {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0, "iteration_limit_cycles": 0}
+    assert figures["solver"] == solver
 
 
 def test_summary_has_the_names_of_the_contract(run: RunResult) -> None:
@@ -234,7 +198,5 @@ def test_substitutes_are_counted_and_braking_to_the_goal_is_none(run: RunResult)
     none = [(solved, Status.FOLLOWING), (braking, Status.SETTLING), (standing, Status.DOCKED)]
     some = [(shifted, Status.FOLLOWING), (braking, Status.BLOCKED), (standing, Status.FAILED)]
     source, status = zip(*none, *some, strict=True)
-    assert (
-        summary(replace(run, cycles=replace(run.cycles, source=source, status=status)))["fallback_cycles"]
-        == 3
-    )
+    cycles = with_columns(run.cycles[:6].view(np.recarray), source=source, status=status)
+    assert summary(replace(run, cycles=cycles))["fallback_cycles"] == 3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import pi
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,11 @@ import pytest
 
 from geometry import Pose2
 from geometry.outline import outline_at
-from rti_mpcc import DockingMission
 from rti_mpcc.config import Vehicle
 from rti_mpcc.planning.agenda import StepRecord
-from rti_mpcc.simulation import Scenario, driver_of, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.closed_loop import touches, with_body
-from rti_mpcc.simulation.controllers import all_succeeded, mission_in, planner_in
+from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
+from rti_mpcc.simulation.controllers import all_succeeded
+from rti_mpcc.simulation.scenery import touches, with_body
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.simulation.conftest import area_tables
 
@@ -30,18 +28,6 @@ def short(*steps: dict[str, Any]) -> Scenario:
     tables["start"] = {"pose": [11.0, 0.0, 0.0]}
     tables["simulation"] = {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0}
     return scenario_from_dict({**tables, "mission": list(steps)})
-
-
-def test_mission_and_planner_are_found_in_what_they_are_wrapped_in() -> None:
-    mission = driver_of(short({"kind": "dock"}))
-    assert isinstance(mission, DockingMission)
-    wrapped = SimpleNamespace(controller=SimpleNamespace(controller=mission))
-    assert mission_in(wrapped) is mission
-    assert planner_in(wrapped) is mission.controller
-    assert mission_in(mission.controller) is None
-
-
-# -- contact -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("goal", [Pose2(1.0, 2.0, 0.0), Pose2(-4.0, 3.0, pi / 2)], ids=repr)
@@ -67,9 +53,6 @@ def test_the_body_stands_until_the_move_into_contact_begins() -> None:
     found = with_body(changes, log, goal, BODY)
     assert [(at, len(some)) for at, some in found] == [(0.0, 1), (5.0, 2), (7.0, 1), (9.0, 0)]
     assert with_body(changes, log, goal, None) == changes
-
-
-# -- in the closed loop --------------------------------------------------------------------------------------
 
 
 def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> None:
@@ -98,7 +81,7 @@ def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> Non
     assert all(
         abs(error) <= most for error, most in zip(dock["final_error"].values(), tolerance, strict=True)
     )
-    assert move["reason"] == "ended by its signal"
+    assert move["reason"] == "it was told to stop"
     # It stops where it touches, and the body was clear of all until then.
     vehicle, truth = result.config.vehicle, result.truth
     gap = 4.5 - vehicle.front
@@ -108,14 +91,6 @@ def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> Non
     before = truth.times < move["begin_s"]
     assert truth.poses[before, 0].max() - 15.0 < gap - 0.05
     assert found["min_clearance_m"] > 0.0
-
-
-def test_a_mission_that_fails_is_told_and_has_not_docked() -> None:
-    result = simulate(short({"kind": "dock", "timeout": 1.0, "retries": 1}))
-    found = summary(result)
-    assert (found["ended"], found["docked"]) == ("mission over", False)
-    assert [each["result"] for each in found["mission"]] == ["TIMED_OUT", "TIMED_OUT"]
-    assert [(each["step"], each["attempt"]) for each in found["mission"]] == [(0, 0), (0, 1)]
 
 
 def record(place: int, attempt: int, result: MissionResult) -> StepRecord:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -18,11 +17,9 @@ from rti_mpcc.simulation import (
     Scenario,
     builtin_names,
     changed,
-    driver_of,
     load_scenario,
     save_scenario,
     scenario_from_dict,
-    scenario_text,
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
@@ -32,8 +29,6 @@ from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, strai
 from tests.rti_mpcc.yards import BRISK
 
 IN_AN_AREA = [name for name in builtin_names() if load_scenario(name).in_area]
-BOX = [[-2.0, -3.0], [12.0, -3.0], [12.0, 3.0], [-2.0, 3.0]]
-TRIANGLE = [[6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]
 TRICKY = 'a "quoted" \\ text,\nsecond line\ttab, \x7f and \x01, δ̇ ≤ 0.6, 🚚'
 BODY = [[4.5, -1.0], [6.5, -1.0], [6.5, 1.0], [4.5, 1.0]]
 COMMON = {"timeout": 9.0, "patience": 3.0, "retries": 2, "retry_from": 0, "then": "home"}
@@ -94,9 +89,6 @@ def with_mission() -> dict[str, Any]:
     return tables
 
 
-# -- the built-in ones ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_scenarios(name: str, caplog: pytest.LogCaptureFixture, tmp_path: Path) -> None:
     scenario = load_scenario(name)
@@ -130,16 +122,13 @@ def test_they_are_those_of_the_contract() -> None:
         assert there == (near.start, near.end, near.left, near.right)
 
 
-# -- what they mean ------------------------------------------------------------------------------------------
-
-
 def test_defaults_are_those_of_the_contract(straight: Scenario) -> None:
     config = straight.controller_config()
     assert config.goal_tolerance == (0.05, 0.05, pi / 90.0)
     assert (config.cycle, config.dead_time, config.deadline) == (0.05, 0.0, None)
     assert (config.vehicle.wheelbase, config.limits.speed) == (2.875, 10.0)
     assert (straight.simulation.plant_step, straight.simulation.duration) == (0.01, 120.0)
-    assert straight.goal_is_path_end
+    assert straight.goal.is_path_end
     assert straight.goal_pose(straight.build_path()) == Pose2(10.0, 0.0, 0.0)
 
 
@@ -155,7 +144,7 @@ def test_controller_assumes_the_dead_time_of_the_plant_unless_given(straight: Sc
 
 def test_start_area_and_goal(hall: Scenario, straight: Scenario) -> None:
     assert hall.in_area
-    assert not hall.goal_is_path_end
+    assert not hall.goal.is_path_end
     assert hall.start_pose() == Pose2(0.0, 0.0, 0.0)
     assert hall.goal_pose() == hall.planned_goal() == Pose2(15.0, 0.0, 0.0)
     area = hall.build_area()
@@ -206,27 +195,6 @@ def test_each_step_with_all_that_it_knows() -> None:
     assert mission.home == DriveTo(Pose2(1.0, -2.0, 0.0))
 
 
-def test_along_a_path_a_dock_is_at_its_end_and_without_a_mission_there_is_none(straight: Scenario) -> None:
-    steps = [{"kind": "dock"}, {"kind": "straight", "distance": -2.0, "contact": False}]
-    mission = driver_of(scenario_from_dict(straight_tables() | {"mission": steps}))
-    assert isinstance(mission, DockingMission)
-    assert mission.steps == (mission.steps[0], Straight(-2.0))
-    assert isinstance(mission.steps[0], Dock)
-    assert (mission.steps[0].pose, mission.steps[0].then) == (None, "stop")
-    assert isinstance(driver_of(straight), DockingController)
-
-
-# -- warnings, changes, files --------------------------------------------------------------------------------
-
-
-def test_too_sharp_a_path_is_a_warning(tables: dict[str, Any], caplog: pytest.LogCaptureFixture) -> None:
-    tables["path"]["segments"].append({"direction": 1, "curvature": 0.3, "length": 3.0})
-    with caplog.at_level(logging.WARNING):
-        scenario_from_dict(tables, source="sharp.toml")
-    (record,) = caplog.records
-    assert "sharp.toml: path: its largest curvature 0.3 1/m" in record.getMessage()
-
-
 def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
     assert changed(straight, {"goal.offset": [1, 0, 0]}).goal.offset == (1.0, 0.0, 0.0)
     assert changed(straight, {"goal.offset": None}) == straight
@@ -238,11 +206,6 @@ def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
 def test_everything_a_file_may_have_comes_back(tables: dict[str, Any], tmp_path: Path) -> None:
     scenario = scenario_from_dict(tables)
     assert load_scenario(save_scenario(scenario, tmp_path)) == scenario
-
-
-def test_what_was_not_set_is_not_written(straight: Scenario) -> None:
-    text = scenario_text(changed(straight, {"corridor.narrowings": []}))
-    assert not any(word in text for word in ("[vehicle]", "dead_time", "None", "[area]"))
 
 
 @pytest.mark.parametrize("kind", ["path", "map"])

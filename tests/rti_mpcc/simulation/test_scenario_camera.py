@@ -12,6 +12,7 @@ from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.camera_detector import CameraDetector
+from rti_mpcc.simulation.metrics import detections_of
 from rti_mpcc.simulation.sections.camera import CameraSection, WrongSection
 from rti_mpcc.simulation.sections.goal import MeasurementSection
 from tests.rti_mpcc.simulation.conftest import camera_tables
@@ -22,20 +23,6 @@ HERE, GOAL = Pose2(3.0, 0.1, 0.02), Pose2(0.0, 0.0, 0.0)
 def camera(limits: Mapping[str, Any] | None = None, **keys: Any) -> CameraDetector:
     section = CameraSection(exact=True, **keys)
     return CameraDetector.of(section, MeasurementSection(rate=5.0, **(limits or {})), 0, None)
-
-
-def test_it_takes_no_picture_before_the_change_of_direction_where_it_is_to_wait() -> None:
-    taken: list[float] = []
-
-    def seen(stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
-        taken.append(stamp)
-
-    limits = MeasurementSection(rate=5.0, visible_after_cusp=True)
-    eye = CameraDetector.of(CameraSection(exact=True), limits, 0, seen)
-    assert eye.expose(0.0, HERE, GOAL, last_part=False) is None
-    assert taken == []
-    assert eye.expose(0.2, HERE, GOAL, last_part=True) is not None
-    assert taken == [0.2]
 
 
 @pytest.mark.parametrize("limits", [{"visible_range": 2.0}, {"blind_range": 4.0}])
@@ -76,6 +63,5 @@ def test_a_run_docks_by_its_pictures_and_is_the_same_each_time(source: GoalSourc
     first, again = (simulate(scenario, seed=3, goal_source=source) for _ in range(2))
     assert first.ended == "docked"
     assert (first.truth.poses == again.truth.poses).all()
-    assert first.tracking is not None
-    accepted = sum(judged.accepted for judged in first.tracking.detections)
+    accepted = sum(judged.accepted for judged in detections_of(first.cycles))
     assert (accepted > 10) is (source is GoalSource.DETECTED)

@@ -18,7 +18,6 @@ VEHICLE = Vehicle()
 FRONT, REAR, HALF = VEHICLE.front, VEHICLE.rear, 0.5 * VEHICLE.width + BESIDE
 BOX = [[20.0, 5.0], [21.0, 5.0], [21.0, 6.0]]
 AHEAD, BACK = {"direction": 1, "curvature": 0, "length": 20}, {"direction": -1, "curvature": 0, "length": 20}
-BEND = {"direction": 1, "curvature": 0.1, "length": 15}
 
 
 def blocked(scenario: Scenario, size: float = 1.0, begin: float = 1.0, **changes: Any) -> Scenario:
@@ -85,14 +84,6 @@ def test_in_an_area_it_is_somewhat_wider_than_the_body(
     assert extent(outline) == pytest.approx((min(near, far), -HALF, max(near, far), HALF))
 
 
-def test_in_a_bend_it_stands_across_the_path(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"path.segments": [BEND]})
-    foot = scenario.build_path().parts[0].pose(FRONT + 5.0)
-    corners = [Pose2(x, y, 0.0).relative_to(foot) for x, y in put(scenario, scripted(script=still), 5.0, 0.0)]
-    expected = ((0.0, -3.0), (THICKNESS, -3.0), (THICKNESS, 3.0), (0.0, 3.0))
-    assert [(p.x, p.y) for p in corners] == [pytest.approx(corner, abs=1e-3) for corner in expected]
-
-
 @pytest.mark.parametrize("ground", ["straight", "hall"])
 def test_it_is_given_and_kept_for_as_long_as_it_is_there(
     scripted: Any, ground: str, request: pytest.FixtureRequest
@@ -100,7 +91,7 @@ def test_it_is_given_and_kept_for_as_long_as_it_is_there(
     controller = scripted(script=forward)
     result = simulate(blocked(request.getfixturevalue(ground)), controller=controller)
     assert [len(given[3]) for given in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
-    assert [begin for begin, _ in result.corridors or result.besides] == [0.0, 1.0, 2.0]
+    assert [begin for begin, _ in result.obstacles] == [0.0, 1.0, 2.0]
     # It stays where it was put: the vehicle has come 1.5 m nearer when it goes, and is 0.5 m inside.
     (wall,) = {outline.tobytes() for given in controller.given for outline in given[3]}
     assert np.frombuffer(wall).reshape(-1, 2)[:, 0].min() == pytest.approx(0.5 + FRONT + 1.0)
@@ -116,14 +107,6 @@ def test_it_comes_on_top_of_other_obstacles(scripted: Any, straight: Scenario) -
     assert [len(entry[3]) for entry in given.given[::10]] == [0, 0, 1, 2, 1, 1, 1]
 
 
-def test_it_appears_though_the_cycle_is_lost(scripted: Any, straight: Scenario) -> None:
-    fault = {"kind": "blocked", "from": 1.0, "to": 2.0}
-    lost = {"kind": "lost_cycles", "from": 0.5, "to": 2.5}
-    scenario = changed(straight, {"simulation.duration": 3.0, "faults": [fault, lost]})
-    result = simulate(scenario, controller=scripted(script=forward))
-    assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
-
-
 @pytest.mark.parametrize("ground", ["straight", "hall"])
 def test_without_changes_no_obstacles_are_given(
     scripted: Any, ground: str, request: pytest.FixtureRequest
@@ -133,5 +116,5 @@ def test_without_changes_no_obstacles_are_given(
     simulate(scenario, controller=controller)
     assert {given[3] for given in controller.given} == {None}
     result = simulate(scenario, controller=controller, obstacles_at=lambda now: [np.array(BOX)])
-    ((_, corridor),) = result.corridors or [(0.0, None)]
-    assert len(corridor.obstacles if corridor else result.besides[0][1]) == 1
+    ((_, outlines),) = result.obstacles
+    assert len(outlines) == 1

@@ -52,9 +52,3 @@ def test_among_many_things_the_nearest_counts() -> None:
     assert 100 < np.count_nonzero(free) < 600
     assert found[free] == pytest.approx(least[free], abs=1e-9)
     assert (found[~free] <= 0.0).all()
-
-
-def test_far_from_the_origin_nothing_is_lost_but_the_rounding() -> None:
-    far = np.array([7_008_600_700.0, -8_722_360_260.0])
-    area = Area(boundary=np.array(HALL) + far, obstacles=[np.array(BOX) + far])
-    assert clearance(area, (3.0 + far[0], 3.0 + far[1], 0.0)) == pytest.approx([1.0], abs=1e-5)

@@ -30,20 +30,6 @@ def test_a_case_is_the_same_each_time_and_each_is_another_one() -> None:
     assert len({str(drawn(case(index))) for index in range(5)}) == 5
 
 
-def test_a_part_is_drawn_alike_whatever_else_varies() -> None:
-    whole = case().scenario()
-    for part in PARTS:
-        one = case(vary=(part,)).scenario()
-        same = {
-            "start": one.simulation.start_offset == whole.simulation.start_offset,
-            "goal": one.goal.offset == whole.goal.offset,
-            "noise": one.simulation.state_noise == whole.simulation.state_noise,
-            "plant": one.plant_parameters() == whole.plant_parameters(),
-        }
-        assert [name for name in PARTS if same[name]] == [part]
-    assert changed(case(vary=()).scenario(), {"name": BASE.name}) == BASE
-
-
 def test_values_are_within_their_sizes_and_use_them() -> None:
     found = [drawn(case(index)) for index in range(40)]
     for name, most in (("start", sizes.START), ("goal", sizes.GOAL)):
@@ -57,15 +43,6 @@ def test_values_are_within_their_sizes_and_use_them() -> None:
     assert -sizes.WHEELBASE_ERROR <= errors.min() < 0.0 < errors.max() <= sizes.WHEELBASE_ERROR
     # What the controller assumes stays the same.
     assert {case(index).scenario().controller_config().dead_time for index in range(5)} == {0.18}
-
-
-def test_detections_are_noisier_or_less_so() -> None:
-    noisy = load_scenario("docking_noisy")
-    assert noisy.goal.measurement is not None
-    for index in range(5):
-        seen = case(index, base=noisy).scenario().goal.measurement
-        assert seen is not None
-        assert 0.5 <= seen.position_std / noisy.goal.measurement.position_std <= 1.5
 
 
 @pytest.mark.parametrize("name", ["bay_perpendicular", "docking_mission", "aisle_dock", "path_following"])

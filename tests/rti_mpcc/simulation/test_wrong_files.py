@@ -10,7 +10,7 @@ import pytest
 import tomlkit
 
 from rti_mpcc.errors import ScenarioError
-from rti_mpcc.simulation import load_docks, load_scenario, scenario_from_dict
+from rti_mpcc.simulation import load_docks, scenario_from_dict
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 
@@ -89,7 +89,7 @@ def test_each_mistake_in_docks_has_a_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize("key", ["approach = {length = 2.0, direction = -1}", "tolerance = [0.1, 0.1, 0.1]"])
 def test_along_a_path_the_dock_has_no_approach(key: str) -> None:
     (line,) = refused(straight_tables(), f'mission = [{{kind = "dock", {key}}}]')
-    assert line.endswith(": only in an area, where the way to the dock is planned")
+    assert line.endswith(": only in an area, where the route to the dock is planned")
 
 
 def test_each_problem_has_a_line() -> None:
@@ -128,20 +128,3 @@ def test_bad_maps_are_named(tmp_path: Path, file: str, old: str, new: str | None
     (line,) = refused(tables, 'area.map = "yard.yaml"', tmp_path)
     assert line.startswith("bad.toml: area.map = '")
     assert said in line
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [(None, "cannot be read"), (b"name = \xff\xfe", "is not UTF-8 text"), (b"name = \n", "is not TOML, ")],
-)
-def test_files_that_cannot_be_read_are_named(tmp_path: Path, content: bytes | None, said: str) -> None:
-    file = tmp_path / "some.toml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(ScenarioError, match=f"some.toml: {said}"):
-        load_scenario(file)
-
-
-def test_unknown_names_list_the_known_ones() -> None:
-    with pytest.raises(ScenarioError, match=r"docking_besides: must be a .toml file or one of aisle_dock, "):
-        load_scenario("docking_besides")
