@@ -23,12 +23,11 @@ from geometry.doors import door
 from rti_mpcc import orders, scouting
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction
-from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked, segments_of
+from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order
@@ -44,9 +43,9 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
 from rti_mpcc.route_planner.mending import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
-from rti_mpcc.safety.decision import command, emergency
+from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState
+from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 _log = logging.getLogger(__name__)
 
@@ -87,7 +86,7 @@ class DockingController:
         segments: Segments | None = None,
     ) -> None:
         config = config or ControllerConfig()
-        self.segments = None if segments is None else checked(segments, path)
+        self.segments = None if segments is None else checked_manoeuvre(segments, path)
         area = _area_along(path, corridor, config) if config.recovers else None
         if segments is None and area is not None:
             given = path
@@ -122,7 +121,9 @@ class DockingController:
             area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()
         )
         self.segments = None
-        self._begin(config, moves.without_way(begun, path, segments, "the first one"), Rerouter(area, config))
+        self._begin(
+            config, moves.without_way(begun, path, segments, "there is none yet"), Rerouter(area, config)
+        )
         return self
 
     def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
@@ -265,13 +266,13 @@ class DockingController:
             status = status_of(decision.verdict, after.task)
             after = _sent(after, decision.control, context.begin, context.state)
             after = _looking_again(after, status, decision.verdict.reason)
-            remarks = (*remarks, unfit, *aim.remarks(s.goal))
+            remarks = (*remarks, unfit, *aim.goal_remarks(s.goal))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
-            # A mistake of this program must not leave the vehicle without a command.
-            _log.exception("mistake in a cycle, the vehicle is braked")
+            # An internal error must not leave the vehicle without a command.
+            _log.exception("internal error in a cycle, the vehicle is braked")
             after, sent = self._rescued(s, error, clock)
         self.state = after
         return sent
@@ -348,7 +349,7 @@ class DockingController:
             # With its stamp on the controller's own clock.
             offset = s.clock.offset
             own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
-            judgement = self._filter.update(aim.placed(own, s.vehicle))
+            judgement = self._filter.update(aim.with_vehicle_pose(own, s.vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
         fit = None
@@ -425,7 +426,7 @@ class DockingController:
             self._rerouter.forget()
         at, start = s.now + config.dead_time, s.vehicle.monitor.state
         if start is not None:
-            with suppress(Exception):  # the mistake may be in this: then what is believed of now has to do
+            with suppress(Exception):  # the error may be in this: then the present estimate is used
                 start = sensing.predicted(s, at, config)
         elif s.begin is not None:
             start = s.begin
@@ -441,7 +442,7 @@ def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfi
     try:
         return area_along(path, corridor, config)
     except CorridorError as error:
-        _log.warning("%s The path is not changed, and no other way than the path is planned", error)
+        _log.warning("%s The path is not changed, and no other route is planned", error)
         return None
 
 

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from rti_mpcc.behaviour import conditions, moves
 from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
-from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
@@ -23,11 +22,11 @@ from rti_mpcc.planning.state import ControllerState, Halt, Phase
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import causes, contact, escape, fallback, limiter, lookout, stopping
+from rti_mpcc.safety import causes, contact, escape, fallback, limiter, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
-from rti_mpcc.types import Reason, Source, Trajectory
+from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
 WHEELS_REACH = 0.5  # [m] from its start, at most
@@ -55,7 +54,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
-    overlap = lookout.overlap(s, context, w.config)
+    overlap = contact.overlap_now(s, context, w.config)
     if overlap is not None:
         return _in_contact(s, context, w, overlap)
     if context.doubt:
@@ -126,7 +125,7 @@ def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     decision = ControlDecision(
         control=fallback.turn_wheels(context.state, angle, w.config),
         verdict=Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"),
-        trajectory=lookout.braking(context, w.config.comfort_acceleration, w.config),
+        trajectory=stopping.braking(context, w.config.comfort_acceleration, w.config),
     )
     return Driven(s, decision)
 
@@ -134,7 +133,7 @@ def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
     s, distance = _distance_on_driven(s, w)
-    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s)
+    in_view = contact.comes_into_view(s, context, w.config) and not stops.is_old(s)
     if in_view or distance < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, distance)
         if in_view and s.plans.suspended is None:
@@ -287,7 +286,7 @@ def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerSta
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
-    distance = lookout.distance_to_contact(s, plan, w.config)
+    distance = contact.distance_to_contact(s, plan, w.config)
     return (s if distance < inf else stops.found_clear(s)), distance
 
 
@@ -381,10 +380,10 @@ def _follow_plan(
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else CLEAR_TIME
-    distance = lookout.clear_distance_on(s, plan, config, need + CLEAR_DISTANCE, later)
+    distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE, later)
     if s.area.moving:
-        slowing = lookout.slowing(context, plan, config)
-        distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
+        slowing = stopping.slowing(context, plan, config)
+        distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
@@ -441,13 +440,13 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     changed = s.plans.clear_of != area.changes
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
-    slowing = lookout.slowing(context, plan, w.config)
-    distance = lookout.distance_to_moving(s, slowing, w.config)
+    slowing = stopping.slowing(context, plan, w.config)
+    distance = contact.distance_to_moving(s, slowing, w.config)
     if changed:
         # What stands behind the plan's end is no reason to stop: nothing is driven there.
-        end = stopping.way_left(plan, context.state)
+        end = stopping.distance_to_end(plan, context.state)
         least = w.config.clearance.least
-        distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
+        distance = min(distance, contact.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
     return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
@@ -480,10 +479,10 @@ def _stop(
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion = lookout.braking(context, wanted, config)
+        motion = stopping.braking(context, wanted, config)
         control = fallback.hold(state, config, context.acceleration)
     else:
-        motion, needed = lookout.braking_in_time(s, context, wanted, config, along)
+        motion, needed = stopping.braking_in_time(s, context, wanted, config, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
     decision = ControlDecision(control=control, verdict=verdict, trajectory=motion, attempt=attempt)

@@ -147,7 +147,7 @@ class PlanOutcome(Enum):
     FOUND = "found"
     START_IN_COLLISION = "the body at the start is too near to something, or in it"
     GOAL_IN_COLLISION = "the body at the goal is too near to something, or in it"
-    GOAL_TOO_FAR = "the goal is farther away than ways are planned"
+    GOAL_TOO_FAR = "the goal is farther away than routes are planned"
     NO_WAY = "there is none that this vehicle can drive"
     BUDGET_SPENT = "none was found within the budget"
 
@@ -184,7 +184,7 @@ class Manoeuvre:
     def path(self) -> ReferencePath:
         """The way. Raises PathError where none was found."""
         if not self.found:
-            raise PathError(f"there is no way: {self.reason}")
+            raise PathError(f"there is no route: {self.reason}")
         return ReferencePath(parts=tuple(segment.part for segment in self.segments))
 
     @property
@@ -212,7 +212,7 @@ def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     return config.objective.segments(along(path, config), config)
 
 
-def checked(segments: Segments, path: ReferencePath) -> Segments:
+def checked_manoeuvre(segments: Segments, path: ReferencePath) -> Segments:
     """The segments, if they are a manoeuvre along this path.
 
     Raises:
@@ -230,7 +230,7 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
         if segment.end is SegmentEnd.STOP or segment.stop is not None or segment.piece_of is not None:
-            raise InputError(f"{name}: stops before something are made by the controller")
+            raise InputError(f"{name}: only the controller makes stops")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):
         raise InputError(f"segments: drive parts {driven} of the path, must be all of them in order")

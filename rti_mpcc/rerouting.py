@@ -23,7 +23,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import MOVED, changed
+from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.state import MOVING_SPEED, ControllerState, Phase
@@ -80,7 +80,7 @@ class _Asked:
         if not goal.relative_to(self.goal).within(most):
             return False
         same = self.area.changes == area.changes
-        return same or not changed(self.area.standing, area.standing, least)
+        return same or not obstacles_changed(self.area.standing, area.standing, least)
 
 
 class Rerouter:
@@ -198,9 +198,9 @@ class Rerouter:
             return route.wanted
         goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
         if goal is not None and planned is not None and self._elsewhere(goal, planned.goal):
-            return "the goal is elsewhere"
+            return "the goal has moved"
         if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
-            return "something fills the way"
+            return "something blocks the route"
         if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or ways.was_asked(s, self._config):
             return ""
         if task.phase is Phase.STALLED:

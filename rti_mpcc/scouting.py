@@ -22,7 +22,7 @@ from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, Su
 from rti_mpcc.planning.stops import SEEN_SHARE
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import contact, lookout
+from rti_mpcc.safety import contact
 from rti_mpcc.types import Trajectory
 
 ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
@@ -88,12 +88,12 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
         trial = replace(s, task=replace(s.task, arrival=begun.arrival))
         guess = search.first_guess(w.mpcc, trial, context)
-        on_guess = lookout.distance_to_contact(s, guess, config)
+        on_guess = contact.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
         filled = contact.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
     if NEAR_STOP < left < inf:
-        s = moves.stop_before(s, context, left, None, str(lookout.met_at(s, filled, config)))
+        s = moves.stop_before(s, context, left, None, str(contact.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
     elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s)):
@@ -106,20 +106,20 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
     s = schedule.scheduled(s, context, w.config)
     filled = _met_on_planned_way(s, context, w)
     if filled is not None:
-        nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
+        nothing = SqpResult(solutions=(), problem="something blocks the route", corridor_infeasible=True)
         return Found(s.suspending(None), nothing, context), filled
     s, attempt, guess = _from_guess(s, context, w)
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         plan = attempt.plan if attempt.fits else guess
-        distance = lookout.distance_to_contact(s, plan, w.config)
+        distance = contact.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
             plan = attempt.plan if attempt.fits else guess
-            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config))
+            distance = _as_far_as_seen(s, attempt, contact.distance_to_contact(s, plan, w.config))
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
-            on_guess = lookout.distance_to_contact(s, guess, w.config)
+            on_guess = contact.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
             filled = contact.progress_of_contact(s, *met, w.config)
     if filled is None:
@@ -133,7 +133,7 @@ def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspa
     if not s.on_planned_way or not context.free or not s.area.corridor.obstacles:
         return None
     guess = search.first_guess(w.mpcc, s, context)
-    distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
+    distance = contact.distance_to_obstacle(s, guess, w.config)
     if distance == inf:
         return None
     return contact.progress_of_contact(s, guess, distance, w.config)
@@ -150,7 +150,7 @@ def _another_way(
         found = _reaching(found, s.plans.suspended, w)
         if found.attempt.out_of_time:  # nothing is begun yet
             return found._replace(s=s.suspending(found.s.plans.suspended), context=context), filled
-    why = found.attempt.problem or ("something fills the way" if filled is not None else "")
+    why = found.attempt.problem or ("something blocks the route" if filled is not None else "")
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
@@ -164,7 +164,7 @@ def _another_way(
 
 def _stop_before(found: Found, filled: float, context: PlanningContext, w: Workspace) -> Found:
     """A stop before what still blocks the route."""
-    left, met = _left_before(filled, context, w), lookout.met_at(found.s, filled, w.config)
+    left, met = _left_before(filled, context, w), contact.met_at(found.s, filled, w.config)
     s = moves.stop_before(found.s, context, left, found.s.area.changes, str(met))
     if s.task.phase is Phase.HOLDING:
         return Found(s, found.attempt, w.context(s))
@@ -222,7 +222,7 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
-    distance = lookout.distance_to_contact(s, attempt.plan, w.config)
+    distance = contact.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
     met = contact.met_on(s, attempt.plan, distance, w.config)
@@ -233,7 +233,7 @@ def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: 
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
-    return contact.distance_to_obstacle(plan, s.area.corridor, s.task.segment.index, w.config, inf) > distance
+    return contact.distance_to_obstacle(s, plan, w.config) > distance
 
 
 def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> float:

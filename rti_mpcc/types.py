@@ -80,55 +80,75 @@ class Status(Enum):
 
 
 class Reason(Enum):
-    """Why a cycle did what it did, and the message that says so, with a place for what there is to tell."""
+    """Why a cycle did what it did: its message, with a place for the detail, and its status.
 
-    DRIVES = "drives", ""
-    DRIVES_TO_STOP = "drives to stop", "making for a stop before what is in the way: {}"
-    DRIVES_UNSEEN = "drives unseen", "{}"
-    """On to a goal that has not been seen for a while."""
-    DRIVES_ON = "drives on", "{}"
-    """Along the last plan: this cycle gave none, what follows says why."""
-    LATE = "late", "the plan came after the deadline"
-    STATE_DOUBTED = "state doubted", "{}"
-    """Along the last plan, for a moment: what is measured is doubted."""
-    NO_PLAN = "no plan", "{}"
-    """There is none that may be driven, what follows says why."""
-    SEARCHES_PLAN = "searches plan", "{}"
-    """There is no first one yet."""
-    TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad"
-    LOOKS_SOON = "looks soon", "standing, looks again soon: {}"
-    OVERLAP = "overlap", "{}"
-    """The body overlaps something."""
-    CREEPS_OUT = "creeps out", "{}: creeps out of it"
-    CONTACT_AHEAD = "contact ahead", "contact in {}"
-    """After how many metres, with which obstacle or wall, and where."""
-    OUT_OF_TIME = "out of time", "{}"
+    Where the status is None, a plan is driven: FOLLOWING or ARRIVING, by the objective.
+    """
+
+    DRIVES = "drives", "", None
+    DRIVES_TO_STOP = "drives to stop", "driving to a stop in front of an obstacle: {}", None
+    DRIVES_UNSEEN = "drives unseen", "{}", None
+    """To a goal that has not been seen for a while."""
+    DRIVES_ON = "drives on", "{}", None
+    """Along the last plan, as this cycle gave none; the detail says why."""
+    LATE = "late", "the plan came after the deadline", Status.STARTING
+    STATE_DOUBTED = "state doubted", "{}", Status.FAILED
+    """Along the last plan, for a moment, as the measured state is doubted."""
+    NO_PLAN = "no plan", "{}", Status.FAILED
+    SEARCHES_PLAN = "searches plan", "{}", Status.STARTING
+    """There is no first plan yet."""
+    TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad", Status.STARTING
+    LOOKS_SOON = "looks soon", "standing, searches again soon: {}", Status.FAILED
+    OVERLAP = "overlap", "{}", Status.BLOCKED
+    CREEPS_OUT = "creeps out", "{}: creeps out of it", Status.BLOCKED
+    CONTACT_AHEAD = "contact ahead", "contact in {}", Status.BLOCKED
+    """The detail: the distance [m], the obstacle or boundary, and the place."""
+    OUT_OF_TIME = "out of time", "{}", Status.FAILED
     """The deadline left no time for a plan, and the last one is not clear to its end."""
-    WAITS_UNTIL_CLEAR = "waits until clear", "waits until its way has been clear for a while{}"
-    GOAL_UNCERTAIN = "goal uncertain", "{}"
+    WAITS_UNTIL_CLEAR = (
+        "waits until clear",
+        "waits until the route has been clear for a while{}",
+        Status.BLOCKED,
+    )
+    GOAL_UNCERTAIN = "goal uncertain", "{}", Status.GOAL_LOST
     """The goal is not known well enough to dock at."""
-    SETTLES = "settles", "braking to rest at the target"
-    STANDS_BEFORE_SOMETHING = "stands before something", "standing before what fills the way: {}"
-    STANDS_AT_CUSP = "stands at cusp", "standing at the cusp"
-    GOAL_REJECTED = "goal rejected", "{}"
-    """The goal that was asked for last was not accepted."""
-    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}"
-    DOCKED = "docked", "standing inside the tolerance"
-    TOLD_TO_STAND = "told to stand", "standing as it was told"
-    STALLED = "stalled", "no plan from here ends inside the tolerance{}"
-    GOAL_BEHIND = "goal behind", "the goal is {} m behind where the vehicle stops: a new route is needed"
-    PLANS_WAY = "plans way", "planning a way: {}"
-    NO_WAY = "no way", "{}"
-    """There is none in the area, what follows says why."""
-    MISTAKE = "mistake", "mistake in this program: {}"
+    SETTLES = "settles", "braking to rest at the target", Status.SETTLING
+    STANDS_BEFORE_SOMETHING = "stands before something", "something blocks the route: {}", Status.BLOCKED
+    STANDS_AT_CUSP = "stands at cusp", "standing at the cusp", Status.CHANGING_DIRECTION
+    GOAL_REJECTED = "goal rejected", "{}", Status.GOAL_REJECTED
+    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}", Status.SEARCHING
+    DOCKED = "docked", "standing inside the tolerance", Status.DOCKED
+    TOLD_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
+    STALLED = "stalled", "no plan from here ends inside the tolerance{}", Status.STALLED
+    GOAL_BEHIND = (
+        "goal behind",
+        "the goal is {} m behind where the vehicle stops: a new route is needed",
+        Status.GOAL_BEHIND,
+    )
+    PLANS_WAY = "plans way", "planning a route: {}", Status.PLANNING
+    NO_WAY = "no way", "{}", Status.STALLED
+    """There is no route in the area; the detail says why."""
+    MISTAKE = "mistake", "internal error: {}", Status.FAILED
 
     message: str
+    status: Status | None
 
-    def __new__(cls, word: str, message: str) -> Reason:
+    def __new__(cls, word: str, message: str, status: Status | None) -> Reason:
         """The value is the word alone."""
         reason = object.__new__(cls)
-        reason._value_, reason.message = word, message
+        reason._value_, reason.message, reason.status = word, message, status
         return reason
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The result of a cycle: its reason, and the detail of the message."""
+
+    reason: Reason
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return self.reason.message.format(self.detail)
 
 
 class MissionResult(Enum):

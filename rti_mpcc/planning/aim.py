@@ -38,7 +38,7 @@ def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimat
     return replace(vehicle, poses=vehicle.poses.noted(now, here, length=length))
 
 
-def placed(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
+def with_vehicle_pose(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
     """A detection with the pose that the vehicle had at its stamp, where it doesn't bring one."""
     if measurement.vehicle is not None:
         return measurement
@@ -70,18 +70,18 @@ def rate_limited_goal(
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
-STAYS = ": the last one stays"  # of a goal that is not taken, while another one is made for
-NOT_THE_ONE = "standing at the last goal that was accepted, not at the one asked for"
+STAYS = "; keeping the previous goal"
+NOT_THE_ONE = "standing at the previous goal, as the given goal was rejected"
 
 
-def remarks(goal: GoalState) -> tuple[str, ...]:
+def goal_remarks(goal: GoalState) -> tuple[str, ...]:
     """What there is to say of the goal told, of the one detected, and of the one made for."""
     fit, found = goal.estimate_fit, []
     if goal.refusal:
         found.append(goal.refusal + STAYS * goal.accepted)
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
-        found.append(f"goal detected at {where} out of reach, {fit.problem}{STAYS}")
+        found.append(f"goal detected at {where} rejected: {fit.problem}{STAYS}")
     if goal.rejected:
         return tuple(found)
     made_for = goal.fit if goal.followed is None else fit
@@ -126,7 +126,7 @@ def remark(goal: GoalState) -> str:
     estimate = goal.estimate
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    return f"goal not seen for {estimate.age:.1f} s, going on to where it was"
+    return f"goal not seen for {estimate.age:.1f} s; continuing to its last estimate"
 
 
 def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:

@@ -54,7 +54,7 @@ class GoalFit:
     changes: int = 0
 
 
-def checked(
+def checked_goal(
     goal: Pose2,
     path: ReferencePath,
     corridor: Corridor,
@@ -65,7 +65,7 @@ def checked(
     """The exact check; less room than `margin` [m] is remarked. In an area a goal may be anywhere."""
     if corridor.area is not None:
         if not _in_box(goal, corridor.area):
-            return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
+            return GoalFit(pose=goal, problem="outside the boundary of the area", beside=goal)
         room = _room(goal, path, corridor, vehicle)
         problem = f"the body there {_crossing(room)}" if room < 0.0 else ""
         hint = degrees_hint("goal heading", goal.phi)
@@ -116,7 +116,7 @@ def checked_again(
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
     corridor, margin = surroundings.corridor, config.clearance.wanted
-    fit = checked(goal, path, corridor, config.vehicle, margin=margin)
+    fit = checked_goal(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
 
@@ -167,10 +167,10 @@ def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float
     """Why a goal is out of reach of the path, whatever stands there, or "", and how far beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
     if distance > GOAL_REACH:
-        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        said = f"{distance:.4g} m from the path's end (at most {GOAL_REACH:g} m)"
         return said, distance - GOAL_REACH
     if turn > GOAL_TURN:
-        said = f"turned by {turn:.4g} rad from the path beside it, at most {GOAL_TURN:.4g} rad"
+        said = f"turned by {turn:.4g} rad from the path (at most {GOAL_TURN:.4g} rad)"
         return said, (turn - GOAL_TURN) * _arm(vehicle)
     return "", 0.0
 

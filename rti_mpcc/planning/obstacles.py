@@ -143,7 +143,7 @@ def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool
     return bool(shapely.hausdorff_distance(one, other) <= most)
 
 
-def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
+def obstacles_changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
     """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
     one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
     if one.is_empty or other.is_empty:

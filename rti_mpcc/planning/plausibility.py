@@ -222,12 +222,11 @@ def _no_state(given: VehicleState) -> str:
     """Why this cannot even be read as a state, or ""."""
     for name in ("x", "y", "phi", "v", "delta"):
         if not hasattr(given, name):
-            kind = "None" if given is None else f"a {type(given).__name__}"
-            return f"state is no VehicleState but {kind}"
+            return f"expected VehicleState, got {'None' if given is None else type(given).__name__}"
         try:
             float(getattr(given, name))
         except (TypeError, ValueError, OverflowError):
-            return f"state.{name} is no number but {getattr(given, name)!r:.40}"
+            return f"state.{name} is not a number: {getattr(given, name)!r:.40}"
     return ""
 
 
@@ -268,7 +267,7 @@ def _frozen(measured: Array, reckoned: Array) -> str:
     distance = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
     if distance <= FROZEN_DISTANCE and abs(float(measured[V] - reckoned[V])) <= FROZEN_SPEED:
         return ""
-    return f"the measured state does not change, by its commands the vehicle is {distance:.2f} m further"
+    return f"the measured state does not change, but by its commands the vehicle has moved {distance:.2f} m"
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:

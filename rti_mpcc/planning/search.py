@@ -331,7 +331,7 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
     limits, most = config.limits, 1.0 + INPUT_EXCESS
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
-        return f"the plan takes {seconds:.0f} s, at most {longest:.0f} s are believed"
+        return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
     position, heading, speed, angle, a, rate = extremes(plan, config.vehicle.wheelbase)
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
     begins, begins_turned = np.abs(plan.states[0, [V, DELTA]]).tolist()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,7 +89,7 @@ class Surroundings:
     @property
     def standing(self) -> tuple[Obstacle, ...]:
         """The obstacles that stand, as far as is known."""
-        return standing(self.obstacles)
+        return tuple(each for each in self.obstacles if not each.moves)
 
     @property
     def moving(self) -> tuple[Obstacle, ...]:
@@ -105,7 +105,7 @@ class Surroundings:
         obstacles = observed(self.obstacles, outlines, now, self.given_at)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
-        stand = [each.outline for each in standing(obstacles)]
+        stand = [each.outline for each in obstacles if not each.moves]
         changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
         corridor = self.corridor.with_obstacles([*stand, *self.added]) if changed else self.corridor
         everything = corridor
@@ -131,11 +131,6 @@ def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig
     """
     vehicle = config.vehicle
     return area_of(corridor, path, beyond=GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear))
-
-
-def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Those that do not move."""
-    return tuple(each for each in obstacles if not each.moves)
 
 
 def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:

@@ -50,7 +50,7 @@ def goal_in(
             taken = None if given_fit.problem else goal
             refusal = ""
             if given_fit.problem:
-                refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}"
+                refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
@@ -69,14 +69,14 @@ def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
     try:
         x, y, phi = given.x, given.y, given.phi
     except AttributeError:
-        return None, f"goal is no Pose2 but a {type(given).__name__}"
+        return None, f"goal rejected: expected Pose2, got {type(given).__name__}"
     if not _all_finite(x, y, phi):
-        return None, f"goal ({x}, {y}, {phi}) not finite"
+        return None, f"goal ({x}, {y}, {phi}) rejected: not finite"
     goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
     if max(abs(x), abs(y)) > FARTHEST:
-        return None, f"goal {_text(goal)} out of reach, coordinates at most {FARTHEST:g} m"
+        return None, f"goal {_text(goal)} rejected: coordinates at most {FARTHEST:g} m"
     if abs(phi) > LARGEST_HEADING:
-        return None, f"goal {_text(goal)} out of reach, heading at most {LARGEST_HEADING:g} rad"
+        return None, f"goal {_text(goal)} rejected: heading at most {LARGEST_HEADING:g} rad"
     return goal, ""
 
 
@@ -103,7 +103,7 @@ def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
     try:
         given = list(obstacles)
     except TypeError:
-        return outlines, f"obstacles are no sequence but {type(obstacles).__name__}"
+        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
             outlines.append(np.asarray(outline, dtype=np.float64))
@@ -136,14 +136,14 @@ def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[Goal
     try:
         given: tuple[object, ...] = () if measurements is None else tuple(measurements)
     except TypeError:
-        return (), f"measurements are no sequence but {type(measurements).__name__}, left out"
+        return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
     good = tuple(measurement for measurement in given if _is_detection(measurement))
     if len(good) == len(given):
         return good, ""
     k, odd = next((k, one) for k, one in enumerate(given) if not _is_detection(one))
     if isinstance(odd, GoalMeasurement):
-        return good, f"measurements[{k}] holds what is no number, pose or frame, left out"
-    return good, f"measurements[{k}] is no GoalMeasurement but a {type(odd).__name__}, left out"
+        return good, f"measurements[{k}] ignored: not all of its values are numbers, poses or frames"
+    return good, f"measurements[{k}] ignored: expected GoalMeasurement, got {type(odd).__name__}"
 
 
 def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:

@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 
 from geometry import Pose2
-from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import PlannedStop
@@ -20,7 +19,7 @@ from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
-from rti_mpcc.types import GoalOrigin, Reason, Trajectory
+from rti_mpcc.types import GoalOrigin, Reason, Trajectory, Verdict
 
 
 def of_stall(
@@ -54,7 +53,7 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     room, met = float(apart.min()), met_by(state, s.area, part, config)
     if room < 0.0:
         return f"the body {where} overlaps {met} by {-room:.3f} m"
-    return f"the body {where} is {room:.3f} m from {met}, at least {config.clearance.least:g} m are kept"
+    return f"the body {where} is {room:.3f} m from {met} (at least {config.clearance.least:g} m)"
 
 
 def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
@@ -102,7 +101,7 @@ def held(s: ControllerState, distance: float) -> Verdict:
     halt = s.task.halt
     assert halt is not None
     if halt.no_time:
-        why = f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
+        why = f"{halt.no_time}; contact in {halt.met} along the last plan"
         return Verdict(Reason.OUT_OF_TIME, why)
     if distance < inf:
         return Verdict(Reason.CONTACT_AHEAD, halt.met)

@@ -9,7 +9,6 @@ import numpy as np
 from estimation import Judgement
 from geometry import Pose2
 from geometry.compiled import Array1, Out2, kernel
-from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
@@ -18,10 +17,20 @@ from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.state import ControllerState, Task
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.stopping import stopping_motion
-from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
+from rti_mpcc.types import (
+    Array,
+    Command,
+    Diagnostics,
+    EffectiveWeights,
+    Objective,
+    Reason,
+    Status,
+    Trajectory,
+    Verdict,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +41,16 @@ class ControlDecision:
     verdict: Verdict
     trajectory: Trajectory
     attempt: SqpResult | None = None
+
+
+def status_of(verdict: Verdict, task: Task) -> Status:
+    """The status of a cycle with this verdict, after which the task is `task`."""
+    if verdict.reason is Reason.SEARCHES_PLAN and task.latched:
+        return Status.FAILED
+    if verdict.reason is Reason.SEARCHES_PLAN and task.looks_past:
+        return Status.BLOCKED
+    follows = task.objective.kind is Objective.CONTOURING
+    return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
 
 
 def command(
