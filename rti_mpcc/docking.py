@@ -96,7 +96,7 @@ class DockingController:
         rerouter = None  # of other ways than the path, in all of its corridor
         if area is not None:
             rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
-        task = Task.begun(self.segments or segments_of(path, config))
+        task = Task(segments=self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
         if rerouter is not None:
             begun = replace(begun, route=RouteState(end=path.end, ways=1))
@@ -118,7 +118,7 @@ class DockingController:
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
         begun = ControllerState(
-            area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()
+            area=Surroundings.in_area(area), path=path, task=Task(segments=segments), route=RouteState()
         )
         self.segments = None
         self._begin(
@@ -385,7 +385,7 @@ class DockingController:
         """
         if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
             return s
-        last = Task.begun((s.task.segments[-1],))
+        last = Task(segments=(s.task.segments[-1],))
         with self._workspaces_on(s).set_aside():
             trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
             segment = trial.task.segment

@@ -37,11 +37,7 @@ def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
 
 
 def stop_before(
-    s: ControllerState,
-    context: PlanningContext,
-    distance: float,
-    obstacle_changes: int | None,
-    met: str = "",
+    s: ControllerState, context: PlanningContext, distance: float, obstacle_changes: int | None, met: str = ""
 ) -> ControllerState:
     """Something blocks the route: make for a stop `distance` [m] ahead, or stay where that is near.
 
@@ -108,7 +104,7 @@ def next_segment(s: ControllerState) -> ControllerState:
     return replace(
         transition_on(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
-        task=Task.begun(s.task.on_whole().segments[1:]),
+        task=Task(segments=s.task.on_whole().segments[1:]),
         plans=Plans(),
         begin=None,
     )
@@ -118,7 +114,7 @@ def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why
     """Stand on this route of no length until another way is planned."""
     assert s.route is not None
     route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
-    s = replace(s, path=path, task=Task.begun(segments), plans=Plans(), route=route, begin=None)
+    s = replace(s, path=path, task=Task(segments=segments), plans=Plans(), route=route, begin=None)
     return transition_on(s, Event.WAY_LOST)
 
 
@@ -129,7 +125,7 @@ def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> Con
         s = replace(s, goal=goal)
     plans = Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at) if s.task.drives else Plans()
     s = transition_on(s, Event.WAY_PLANNED)
-    task = Task.begun(manoeuvre.segments)
+    task = Task(segments=manoeuvre.segments)
     return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
 
 

@@ -52,11 +52,7 @@ class Event(Enum):
     WAY_MAY_BE_FREE = (STARTING, SETTLING, HOLDING), STARTING, "what blocked the route has changed"
     STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
     PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
-    GOAL_LOST = (
-        (*SEEKING, SETTLING, STALLED),
-        STARTING,
-        "it stands, as the goal is not known well enough",
-    )
+    GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
     GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
     FOUND_ELSEWHERE = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
     OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"

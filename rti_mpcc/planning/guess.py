@@ -52,12 +52,7 @@ def arrival_guess(
 
 
 def cruise_guess(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    times: Array,
-    pace: Pace,
-    config: ControllerConfig,
+    part: PathPart, target: Target, state: Array, times: Array, pace: Pace, config: ControllerConfig
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
@@ -131,12 +126,7 @@ def _lead_on(times: Array1, states: Array2, most_a: float, most_rate: float, con
 
 
 def _faded(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    s: Array,
-    rate: Array,
-    config: ControllerConfig,
+    part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
 ) -> Array:
     """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
     theta = state[THETA] + s

@@ -107,10 +107,7 @@ def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
 
 
 def observed(
-    known: tuple[Obstacle, ...],
-    outlines: Sequence[ArrayLike],
-    now: float,
-    last: float,
+    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
 ) -> tuple[Obstacle, ...]:
     """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
 

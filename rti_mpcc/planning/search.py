@@ -161,11 +161,7 @@ def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig
 
 
 def converge(
-    mpcc: RtiMpcc,
-    s: ControllerState,
-    context: PlanningContext,
-    start: InitialIterate,
-    clock: CycleClock,
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
 ) -> SqpResult:
     """Iterate until the last iterate can be driven, in so far as there is time."""
     solutions: list[Solution] = []
@@ -216,11 +212,7 @@ def _was_cut(solution: Solution) -> bool:
 
 
 def _iterate(
-    mpcc: RtiMpcc,
-    s: ControllerState,
-    context: PlanningContext,
-    start: InitialIterate,
-    clock: CycleClock,
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
 ) -> Solution:
     """One real-time iteration."""
     mpcc.prepare(
@@ -237,11 +229,7 @@ def _iterate(
         first=s.plans.driven is None,
     )
     solution = mpcc.feedback(
-        context.state,
-        context.begin,
-        ends=clock.ends(),
-        iterate=start.iterate,
-        patience=start.patience,
+        context.state, context.begin, ends=clock.ends(), iterate=start.iterate, patience=start.patience
     )
     clock.took(solution.stopped)
     return solution
@@ -302,10 +290,7 @@ def _corridor_infeasible(
 
 
 def rejection_reason(
-    solution: Solution,
-    config: ControllerConfig,
-    disturbance: Disturbance = UNDISTURBED,
-    longest: float = inf,
+    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED, longest: float = inf
 ) -> str:
     """Why a solution must not be driven, or ""; `longest`: time that its plan may take [s]."""
     if not solution.solved:

@@ -240,11 +240,6 @@ class Task:
     driving_since: float = 0.0
     at_once: bool = False
 
-    @classmethod
-    def begun(cls, segments: Segments) -> Task:
-        """At the begin of the first of these segments."""
-        return cls(segments=segments)
-
     @property
     def segment(self) -> Segment:
         """The one that is driven."""

@@ -94,9 +94,7 @@ def emergency(
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control=control, verdict=verdict, trajectory=motion)
     diagnostics = replace(
-        _diagnose(decision, state, s.goal.pose or pose, s, clock),
-        objective=Objective.CONTOURING,
-        failed=True,
+        _diagnose(decision, state, s.goal.pose or pose, s, clock), objective=Objective.CONTOURING, failed=True
     )
     status = status_of(verdict, s.task)
     return _command(control, state, status, motion, diagnostics, config, s)

@@ -41,7 +41,7 @@ def around(inside: Corridor) -> Surroundings:
 
 
 def known(area: Surroundings) -> ControllerState:
-    return ControllerState(area=area, path=PATH, task=Task.begun(along(PATH, CONFIG)))
+    return ControllerState(area=area, path=PATH, task=Task(segments=along(PATH, CONFIG)))
 
 
 def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:
