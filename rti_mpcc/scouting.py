@@ -114,9 +114,13 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
         distance = contact.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
-            s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
+            s, more = iterated(s, context, search.further(attempt, w.config), w)
+            attempt = attempt if more.out_of_time else attempt.then(more)
             plan = attempt.plan if attempt.fits else guess
-            distance = _as_far_as_seen(s, attempt, contact.distance_to_contact(s, plan, w.config))
+            distance = contact.distance_to_contact(s, plan, w.config)
+            cruises = attempt.fits and s.task.arrival is None
+            if cruises and distance > SEEN_SHARE * contact.length(attempt.plan):
+                distance = inf  # the far part of a cruise has not seen enough
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
             on_guess = contact.distance_to_contact(s, guess, w.config)
@@ -205,14 +209,6 @@ def _from_guess(
     return search.suspended(s, context, attempt), attempt, guess
 
 
-def _on(
-    s: ControllerState, attempt: SqpResult, context: PlanningContext, start: InitialIterate, w: Workspace
-) -> tuple[ControllerState, SqpResult]:
-    """An attempt iterated on, if there is time for it."""
-    s, more = iterated(s, context, start, w)
-    return s, attempt if more.out_of_time else attempt.then(more)
-
-
 def _left_before(meets: float, context: PlanningContext, w: Workspace) -> float:
     """Progress [m] from here to a stop before what is met at the progress `meets` [m]."""
     return meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
@@ -234,13 +230,6 @@ def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: 
     if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
     return contact.distance_to_obstacle(s, plan, w.config) > distance
-
-
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> float:
-    """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
-    if not attempt.fits or s.task.arrival is not None:
-        return distance
-    return inf if distance > SEEN_SHARE * contact.length(attempt.plan) else distance
 
 
 def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
