@@ -1,7 +1,4 @@
-"""What a controller is told to do in place of the path and the goal that it had: orders, as data.
-
-A mission gives them, one after the other; they are carried out by what drives a path and plans ways anyhow.
-"""
+"""Orders of a mission to the controller, in place of its path and goal, as data."""
 
 from __future__ import annotations
 
@@ -20,14 +17,14 @@ from rti_mpcc.types import GoalOrigin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill in comfort, or as soon as can be (`at_once`), and stand."""
+    """Come to a standstill in comfort, or as soon as possible (`at_once`), and stand."""
 
     at_once: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoOn:
-    """Go on with what the vehicle was stopped on."""
+    """Resume the segment on which the vehicle was stopped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,11 +47,7 @@ Order = Stand | GoOn | GoTo | Follow
 
 
 def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
-    """The state of a controller that was given an order.
-
-    Raises:
-        InputError: a goal or a manoeuvre for a controller that plans no ways.
-    """
+    """The state after an order. Raises InputError for a goal or a manoeuvre without recovery."""
     if isinstance(order, Stand):
         s = transition_on(s, Event.TOLD_TO_STAND)
         return replace(s, task=replace(s.task, at_once=order.at_once))

@@ -1,6 +1,6 @@
-"""The search for the first plan of an objective, over several cycles where there is no time in one.
+"""The search for the first plan of an objective, over several cycles if the time of one is too short.
 
-Each function returns the state with which its result would be driven, beside that result.
+Each function returns the state with which its result would be driven, and the result.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OUT_OF_REACH = "the goal is out of reach from the path's last change of directio
 
 
 class Found(NamedTuple):
-    """What a search came to: the state to drive it with, the last attempt, and what that was planned in."""
+    """The result of a search: the state to drive it with, the last attempt, and its context."""
 
     s: ControllerState
     attempt: SqpResult
@@ -39,12 +39,11 @@ class Found(NamedTuple):
 
 
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """The first plan, in this order; a search that ran out of time goes on where it was.
+    """The first plan, in this order; a search that ran out of time is resumed.
 
-    1. Onward to the target, from a guess along the path; on the way to a stop nothing else.
-    2. From rest, where that is not clear or misses the goal by more than `ACCEPTED_MISS`, another route is
-       asked for, unless there is none.
-    3. A stop before what blocks the route; from there it replans.
+    1. To the target, from a guess along the path; for a stop nothing else.
+    2. If that is not clear, or misses the goal by more than `ACCEPTED_MISS`, it asks for another route.
+    3. If there is none, a stop in front of what blocks the route.
     """
     begun = s.plans.suspended
     found, filled = _onward(s, context, w)
@@ -81,8 +80,8 @@ def iterated(
 def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:
     """With another end to plan for than that of the driven plan, which is clear over `distance` [m].
 
-    A way past what blocks it comes first. Where the plan is not clear and there was no time for that, a stop
-    does: it is found soon, and a way past can be looked for meanwhile.
+    A route past what blocks the plan comes first. If there was no time for that, it is a stop, which is found
+    soon, and the route past is searched meanwhile.
     """
     begun, filled, left, config, driven = s.plans.suspended, inf, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
@@ -113,7 +112,7 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
         plan = attempt.plan if attempt.fits else guess
         distance = contact.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
-            # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
+            # It has not converged that far ahead.
             s, more = iterated(s, context, search.further(attempt, w.config), w)
             attempt = attempt if more.out_of_time else attempt.then(more)
             plan = attempt.plan if attempt.fits else guess
@@ -122,7 +121,7 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
             if cruises and distance > SEEN_SHARE * contact.length(attempt.plan):
                 distance = inf  # the far part of a cruise has not seen enough
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
-            # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
+            # The guess along the path tells where that is: the plan may turn aside in front of it.
             on_guess = contact.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
             filled = contact.progress_of_contact(s, *met, w.config)
@@ -152,7 +151,7 @@ def _another_way(
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
         found = _reaching(found, s.plans.suspended, w)
-        if found.attempt.out_of_time:  # nothing is begun yet
+        if found.attempt.out_of_time:
             return found._replace(s=s.suspending(found.s.plans.suspended), context=context), filled
     why = found.attempt.problem or ("something blocks the route" if filled is not None else "")
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
@@ -176,7 +175,7 @@ def _stop_before(found: Found, filled: float, context: PlanningContext, w: Works
 
 
 def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan to the goal that misses it is iterated on, one of a brisk ride with more time then."""
+    """A first plan that misses the goal is iterated further, one of a brisk ride with more time then."""
     found = _iterated_on(found, begun, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
     near = search.reaches(attempt, found.context, ACCEPTED_MISS)
@@ -186,7 +185,7 @@ def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Foun
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan that misses the goal is iterated on; an error left then is worth less than the effort."""
+    """A first plan that misses the goal is iterated further, up to a number of rounds."""
     s, attempt, context = found
     before = 0 if begun is None else begun.iterations
     done = before + len(attempt.solutions)
@@ -202,7 +201,7 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
 def _from_guess(
     s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, SqpResult, Trajectory]:
-    """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
+    """Iterate from a first guess, which is returned, too, or resume the suspended search."""
     guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
     start = search.from_guess(guess, w.config) if begun is None else search.resumed(begun, guess, w.config)
     s, attempt = iterated(s, context, start, w)
@@ -210,12 +209,12 @@ def _from_guess(
 
 
 def _left_before(meets: float, context: PlanningContext, w: Workspace) -> float:
-    """Progress [m] from here to a stop before what is met at the progress `meets` [m]."""
+    """Distance [m] to a stop in front of a contact at the progress `meets` [m]."""
     return meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
 
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
-    """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
+    """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
     distance = contact.distance_to_contact(s, attempt.plan, w.config)
@@ -226,17 +225,15 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
 
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
-    """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
+    """Whether it would stop right here, `distance` [m] in front of a boundary: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
     return contact.distance_to_obstacle(s, plan, w.config) > distance
 
 
 def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
-    """Whether the last segment of a path is tried before its first: at rest, for a new goal.
-
-    A goal beside the path's end can be out of reach from there: another route from here may take no longer.
-    """
+    """Whether the last segment of a path is checked before its first: at rest, for a new goal. A goal beside
+    the path's end can be out of reach from there."""
     route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
     if route is None or goal is None or measured is None:
         return False
@@ -251,7 +248,7 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
 
 
 def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
-    """Whether a way that was found for want of reach takes too long to be driven in the path's place."""
+    """Whether a route for a goal out of reach takes too long to replace the path."""
     if s.route is None or s.route.why != OUT_OF_REACH:
         return False
     given = expected_docking_time(s.path, config, s.goal_pose)
