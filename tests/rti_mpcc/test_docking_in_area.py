@@ -129,7 +129,7 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
     [
         (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) rejected: the body there crosses a boundary or"),
         (Pose2(3.3, 4.0, 0.0), {Status.PLANNING, Status.STALLED}, "leaves 0.022 m, at least 0.05 m are kept"),
-        (NAN, REJECTED, "goal (nan, 4.0, 0.0) not finite"),
+        (NAN, REJECTED, "goal (nan, 4.0, 0.0) rejected: not finite"),
         (Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) rejected: outside the boundary of the"),
         (Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) rejected: outside the boundary of"),
         (Pose2(14.0, 1e7, 0.0), REJECTED, "goal (14, 1e+07, 0) rejected"),
