@@ -10,8 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.tables import ROOT, replace_block
-from rti_mpcc.behaviour.status import STATUS_OF
-from rti_mpcc.behaviour.transitions import TRANSITIONS, Transition
+from rti_mpcc.behaviour.transitions import Event
 from rti_mpcc.planning.state import Phase
 from rti_mpcc.types import Reason
 
@@ -21,10 +20,10 @@ PAGE = ROOT / "docs" / "behaviour.md"
 def diagram() -> str:
     """The transitions as a Mermaid diagram; those from everywhere are left to the table."""
     events: dict[tuple[Phase, Phase], list[str]] = {}
-    for row in TRANSITIONS:
+    for row in Event:
         for source in row.sources if len(row.sources) < len(Phase) else ():
             if source is not row.to:
-                events.setdefault((source, row.to), []).append(row.event.name)
+                events.setdefault((source, row.to), []).append(row.name)
     edges = [
         f"    {source.name} --> {to.name}: {'<br>'.join(names)}" for (source, to), names in events.items()
     ]
@@ -34,9 +33,7 @@ def diagram() -> str:
 def transitions() -> str:
     """The transitions as a table, in the order in which they are looked for."""
     rows = [["in", "event", "", "to", "found by"], ["---"] * 5]
-    rows += [
-        [_sources(row), row.event.name, row.event.value, row.to.name, _found_by(row)] for row in TRANSITIONS
-    ]
+    rows += [[_sources(row), row.name, row.value, row.to.name, _found_by(row)] for row in Event]
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
@@ -44,8 +41,7 @@ def statuses() -> str:
     """Reasons with their messages and statuses."""
     rows = [["reason", "message", "status"], ["---"] * 3]
     for reason in Reason:
-        status = STATUS_OF.get(reason)
-        told = "FOLLOWING or ARRIVING" if status is None else status.name
+        told = "FOLLOWING or ARRIVING" if reason.status is None else reason.status.name
         rows.append([reason.name, reason.message.replace("{}", "…") or "–", told])
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
@@ -63,11 +59,11 @@ def write(page: Path = PAGE) -> None:
         replace_block(page, name, text())
 
 
-def _sources(row: Transition) -> str:
+def _sources(row: Event) -> str:
     return "any" if len(row.sources) == len(Phase) else ", ".join(source.name for source in row.sources)
 
 
-def _found_by(row: Transition) -> str:
+def _found_by(row: Event) -> str:
     return "reported" if row.when is None else f"`{row.when.__name__}`"
 
 

@@ -1,8 +1,7 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
-It composes the layers below and decides nothing itself: what comes in is checked and set against the segment
-that the vehicle is on; `driving` does what the phase asks for, or takes the next rung of the fallback, with
-first plans by `scouting`; and what goes out is checked again.
+It composes the layers below: inputs are checked and related to the active segment; `driving` does what the
+phase asks for, or takes the next step of the fallback; `scouting` finds first plans; commands are checked.
 """
 
 from __future__ import annotations
@@ -23,12 +22,11 @@ from geometry.doors import door
 from rti_mpcc import scouting
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction
-from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked, segments_of
+from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
@@ -44,9 +42,9 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
 from rti_mpcc.route_planner.path_repair import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
-from rti_mpcc.safety.decision import command, emergency
+from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState
+from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 _log = logging.getLogger(__name__)
 
@@ -61,14 +59,12 @@ class DockingController:
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
-        segments: of the manoeuvre along it; None: `segments_of` the path, which is made drivable before where
-            it bends more sharply than the vehicle can, or leads the body into something (`mended_path`),
-            unless `config` has no recovery.
+        segments: of the manoeuvre along it; None: `segments_of` the path, which is repaired first where it
+            bends too sharply or leads the body into something (`mended_path`), if `config` has a recovery.
 
     Attributes:
         config, segments: as given.
-        path_changes: what was made of each place at which the path as it was given cannot be driven.
-        state: what is known from cycle to cycle.
+        path_changes: repairs of the given path; state: that a cycle leaves to the next.
 
     Raises:
         CorridorError: the corridor is narrower than the body.
@@ -87,17 +83,17 @@ class DockingController:
         segments: Segments | None = None,
     ) -> None:
         config = config or ControllerConfig()
-        self.segments = None if segments is None else checked(segments, path)
+        self.segments = None if segments is None else checked_manoeuvre(segments, path)
         area = _area_along(path, corridor, config) if config.recovers else None
         if segments is None and area is not None:
             given = path
             path, self.path_changes = _mended(path, corridor, area, config)
             area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        rerouter = None  # of other ways than the path, in all of its corridor
+        rerouter = None
         if area is not None:
             rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
-        task = Task.begun(self.segments or segments_of(path, config))
+        task = Task(segments=self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
         if rerouter is not None:
             begun = replace(begun, route=RouteState(end=path.end, ways=1))
@@ -106,30 +102,32 @@ class DockingController:
     @classmethod
     @door()
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
-        """A controller that plans its way: from where the vehicle is to the goal that `step` is given.
+        """A controller that plans its route from where the vehicle is to the goal that `step` is given.
 
-        It stands until a way is planned, a slice of the search a cycle, and plans another one from where it
-        is when it cannot get on, or its goal is elsewhere.
+        It stands until a route is planned, a slice of the search a cycle, and replans when it is blocked or
+        its goal moves.
 
         Args:
-            area: where the vehicle may be, until `set_area`; obstacles given to `step` come on top of it.
-            config: settings, all with defaults; of the way `ControllerConfig.route`.
+            area: the free space, until `set_area`; obstacles given to `step` are added to it.
+            config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
         self = cls.__new__(cls)
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
         begun = ControllerState(
-            area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()
+            area=Surroundings.in_area(area), path=path, task=Task(segments=segments), route=RouteState()
         )
         self.segments = None
-        self._begin(config, moves.without_way(begun, path, segments, "the first one"), Rerouter(area, config))
+        self._begin(
+            config, moves.without_way(begun, path, segments, "there is none yet"), Rerouter(area, config)
+        )
         return self
 
     def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
         make_ready()
         self.config, self.state, self._rerouter = config, state, rerouter
         self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
-        # Made here in any case: a first detection while driving must not wait for what the filter loads.
+        # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
         self._filtering = config.goal_tracking.required
 
@@ -147,22 +145,22 @@ class DockingController:
 
     @property
     def replans(self) -> int:
-        """How often the vehicle set out on another way than the first one."""
+        """Number of routes started after the first one."""
         return 0 if self.state.route is None else max(self.state.route.ways - 1, 0)
 
     @property
     def planning_seconds(self) -> float:
-        """That all searches for ways took [s]."""
+        """Time of all searches for routes [s]."""
         return 0.0 if self.state.route is None else self.state.route.seconds
 
     @property
     def corridor(self) -> Corridor:
-        """Where the vehicle may be, with the obstacles that were told last."""
+        """Boundaries, and the obstacles that were given last."""
         return self.state.area.known
 
     @property
     def area(self) -> Area | None:
-        """In which it plans ways, with all that stands as far as is known; None where it plans none."""
+        """In which it plans routes, with all known static obstacles; None where it plans none."""
         return None if self._rerouter is None else self._rerouter.area_known(self.state)
 
     @property
@@ -181,8 +179,8 @@ class DockingController:
     def set_area(self, area: Area) -> None:
         """Replace the area, as a map that is updated; it counts from the next step on.
 
-        The route is driven on where it stays clear, and a search goes on where nothing has changed near it.
-        Obstacles given to `step` stay.
+        The route is kept where it stays clear, a search where nothing has changed near it, and the obstacles
+        given to `step`.
 
         Args:
             area: all of it; what differs by `rti_mpcc.planning.obstacles.MOVED` at most is no change.
@@ -206,11 +204,7 @@ class DockingController:
 
     @door()
     def assign(self, order: Order) -> None:
-        """Give it something else to do, from the next step on.
-
-        Raises:
-            InputError: a goal or a manoeuvre for a controller that plans no ways.
-        """
+        """Give an order, for the next step on. Raises InputError for a goal or manoeuvre without recovery."""
         self.state = carried_out(self.state, order, self._rerouter)
         if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
             self._filter.reset()
@@ -227,25 +221,24 @@ class DockingController:
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
 
-        1. Check what comes in, and take what can be used.
-        2. Filter the detections of the goal, and let the pose made for follow.
-        3. Take another way if one is needed and planned; plan on with the time that is left. Before a given
-           path is begun, try its last part.
-        4. Predict where the command will begin to act; begin the next segment where this one is over.
-        5. Drive what the phase asks for, or the next rung of the fallback.
-        6. Keep the command within the limits, and say why it is what it is.
+        1. Check the inputs.
+        2. Filter the detections of the goal, and let the goal setpoint follow.
+        3. Change to another route if one is needed and planned; plan with the time that is left. Before a
+           given path is started, check the reachability of its goal.
+        4. Predict where the command will start to act; start the next segment where this one has ended.
+        5. Drive what the phase asks for, or the next step of the fallback.
+        6. Keep the command within the limits, and give its reason.
 
-        No value that comes in makes it raise: what is not fit to be used is left out, and said.
+        No input makes it raise: unusable inputs are ignored, and the reason says so.
 
         Args:
             state: measured at `now`.
-            now: on any clock that runs on [s].
-            goal: pose to end in; None keeps the last one. Without any it is the path's last pose. One that is
-                out of reach is not taken (`planning.goals`): the reason says why, and the command is not
-                `docked` until that goal is reached, or another one or none is asked for. The vehicle drives
-                on to the last one that was taken; without one it stands (`Status.GOAL_REJECTED`). With
-                detections it is the planned goal, made for until they say better; one that is beside the
-                first by more than the tolerance is another dock, whose detections begin anew.
+            now: on any clock that does not stop [s].
+            goal: pose to end in; None keeps the last one, first the path's last pose. One that is out of
+                reach is rejected (`planning.goals`): the reason says why, and the command is not `docked`
+                until that goal is reached, or another one is accepted. The vehicle continues to the previous
+                goal; without one it stands (`Status.GOAL_REJECTED`). With detections it is the planned goal,
+                until they tell it better; one farther than the tolerance from the first is another dock.
             measurements: detections of the goal that arrived since the last step, in any order.
             obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) [m] to keep out of; None keeps the last
                 ones.
@@ -265,13 +258,13 @@ class DockingController:
             status = status_of(decision.verdict, after.task)
             after = _sent(after, decision.control, context.begin, context.state)
             after = _looking_again(after, status, decision.verdict.reason)
-            remarks = (*remarks, unfit, *aim.remarks(s.goal))
+            remarks = (*remarks, unfit, *aim.goal_remarks(s.goal))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
-            # A mistake of this program must not leave the vehicle without a command.
-            _log.exception("mistake in a cycle, the vehicle is braked")
+            # An internal error must not leave the vehicle without a command.
+            _log.exception("internal error in a cycle, the vehicle is braked")
             after, sent = self._rescued(s, error, clock)
         self.state = after
         return sent
@@ -290,7 +283,7 @@ class DockingController:
         goal: Pose2 | None,
         obstacles: Sequence[ArrayLike] | None,
     ) -> tuple[ControllerState, tuple[str, ...]]:
-        """Take what is new, in so far as it can be used; says what could not."""
+        """With the usable inputs, and remarks on the others."""
         config = self.config
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
@@ -308,7 +301,7 @@ class DockingController:
         return s, (clock_remark, hint)
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
-        """What there is to say of the heading measured first, as long as one as large is measured."""
+        """The remark on the first measured heading, as long as one as large is measured."""
         state, measured = monitor.state, monitor.measured
         hint = "" if measured is None else degrees_hint("heading", float(measured[PHI]))
         if state is None or not hint:
@@ -322,13 +315,9 @@ class DockingController:
         return goals.degrees_beside("heading", here, part)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
-        """Another planned goal; the detections of another dock begin anew."""
+        """With another planned goal; the detections of another dock start anew."""
         dock = s.goal.dock
-        if (
-            goal is not None
-            and dock is not None
-            and goal.relative_to(dock).within(self.config.goal_tolerance)
-        ):
+        if goal and dock and goal.relative_to(dock).within(self.config.goal_tolerance):
             return moves.with_goal_corrected(s, goal)
         self._filter.reset()
         return moves.with_goal(s, goal)
@@ -336,7 +325,7 @@ class DockingController:
     def _goal_located(
         self, s: ControllerState, given: Sequence[GoalMeasurement]
     ) -> tuple[ControllerState, tuple[Judgement, ...], str]:
-        """Filter the detections, let the pose made for follow; with judgements, and what was no detection."""
+        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs."""
         measurements, unfit = validation.measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
@@ -348,7 +337,7 @@ class DockingController:
             # With its stamp on the controller's own clock.
             offset = s.clock.offset
             own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
-            judgement = self._filter.update(aim.placed(own, s.vehicle))
+            judgement = self._filter.update(aim.with_vehicle_pose(own, s.vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
         fit = None
@@ -364,10 +353,10 @@ class DockingController:
     def _on_segment(
         self, s: ControllerState, clock: CycleClock
     ) -> tuple[ControllerState, PlanningContext, Workspace]:
-        """Where the command will begin to act, on the segment that the vehicle is on by then."""
+        """Where the command will start to act, on the segment of that time."""
         s = self._targeted(s)
         if s.vehicle.monitor.found:
-            # A plan starts again; while it is inside the tolerance a vehicle at its target stays there.
+            # A vehicle that holds inside the tolerance stays there.
             s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
         w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
@@ -378,13 +367,13 @@ class DockingController:
         return s, w.context(s), w
 
     def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
-        """Before a given path is begun: whether the goal is reached from its last change of direction.
+        """Before a given path is started, check that the goal is reached from its last change of direction.
 
-        Where a first plan from there misses it, another way is planned from here.
+        If a first plan from there misses it, the vehicle replans.
         """
         if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
             return s
-        last = Task.begun((s.task.segments[-1],))
+        last = Task(segments=(s.task.segments[-1],))
         with self._workspaces_on(s).set_aside():
             trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
             segment = trial.task.segment
@@ -397,13 +386,12 @@ class DockingController:
         return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
-        """Those of the route that the state is on."""
         if self._workspaces.path is not s.path:
             self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.whole)
         return self._workspaces
 
     def _targeted(self, s: ControllerState) -> ControllerState:
-        """With what the segment is to end in now, and without a stop before what may be gone."""
+        """With the present target of the segment, and without a stop in front of what may be gone."""
         target = self._workspaces_on(s).target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
@@ -418,14 +406,14 @@ class DockingController:
     def _rescued(
         self, s: ControllerState, error: Exception, clock: CycleClock
     ) -> tuple[ControllerState, Command]:
-        """Brake, and begin afresh in the next cycle with what was known when this one went wrong."""
+        """Brake after an internal error, and plan anew in the next cycle with what was known before it."""
         config, what = self.config, f"{type(error).__name__}: {' '.join(str(error).split())}"
         verdict = Verdict(Reason.MISTAKE, what)
         if self._rerouter is not None:
             self._rerouter.forget()
         at, start = s.now + config.dead_time, s.vehicle.monitor.state
         if start is not None:
-            with suppress(Exception):  # the mistake may be in this: then what is believed of now has to do
+            with suppress(Exception):  # the error may be in this: then the present estimate is used
                 start = sensing.predicted(s, at, config)
         elif s.begin is not None:
             start = s.begin
@@ -437,21 +425,21 @@ class DockingController:
 
 
 def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area | None:
-    """All of the corridor along a path; None, and a warning, where that is not known."""
+    """All of the corridor along a path; None, with a warning, if it is not enclosed."""
     try:
         return area_along(path, corridor, config)
     except CorridorError as error:
-        _log.warning("%s The path is not changed, and no other way than the path is planned", error)
+        _log.warning("%s The path is not changed, and no other route is planned", error)
         return None
 
 
 def _mended(
     path: ReferencePath, corridor: Corridor, area: Area, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
-    """The path made drivable where it is not, inside its corridor and past its obstacles; says so."""
+    """The path repaired inside its corridor and past its obstacles, with log messages."""
     made = mended_path(path, area.with_obstacles(corridor.obstacles), config)
     for change in made.changes:
-        # Where there is no room on the path the goal may be elsewhere: that alone is no reason to warn.
+        # A path that only lacks clearance is no reason to warn: the goal may be elsewhere.
         told = change.aside is not None or change.curvature > change.possible
         _log.log(logging.WARNING if told else logging.INFO, "%s", change)
     return made.path, made.changes
@@ -460,13 +448,13 @@ def _mended(
 def _sent(
     s: ControllerState, control: ControlInput, at: float, begin: Array | None = None
 ) -> ControllerState:
-    """With a command among those under way, to act from `at` [s] on, in the state `begin` (6,) if known."""
+    """With a command in the queue that acts from `at` [s] on, in the state `begin` (6,) if known."""
     sent = QueuedCommand(at, control.acceleration, control.steering_rate)
     return replace(s, queue=queued(s.queue, sent, s.now), begin=begin)
 
 
 def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
-    """Whether the next cycle waits for the goal; blocked at rest it starts again, unless it waits a while."""
+    """Whether the next cycle waits for the goal, or a vehicle blocked at rest searches again."""
     waiting, halt = status is Status.GOAL_LOST, s.task.halt
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))

@@ -1,4 +1,4 @@
-"""What is driven in a cycle: what its phase asks for, or the next rung of the fallback."""
+"""What is driven in a cycle: what its phase asks for, or the next step of the fallback."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 from rti_mpcc.behaviour import conditions, moves
 from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
-from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import SegmentEnd
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
+from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
@@ -23,11 +22,11 @@ from rti_mpcc.planning.state import ControllerState, Halt, Phase
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import causes, contact, escape, fallback, limiter, lookout, stopping
+from rti_mpcc.safety import causes, contact, escape, fallback, limiter, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
-from rti_mpcc.types import Reason, Source, Trajectory
+from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
 WHEELS_REACH = 0.5  # [m] from its start, at most
@@ -51,11 +50,11 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """What must not be goes before what the phase asks for."""
+    """What safety asks for comes before what the phase asks for."""
     since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
-    overlap = lookout.overlap(s, context, w.config)
+    overlap = contact.overlap_now(s, context, w.config)
     if overlap is not None:
         return _in_contact(s, context, w, overlap)
     if context.doubt:
@@ -80,12 +79,13 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Look for a first plan."""
+    """Search a first plan."""
     stands, latched = s.is_stationary, s.task.latched
     if stands and not replan_due(s, context):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
-    if _wheels_are_off(s, context):
-        return _turn_wheels(s, context, w)
+    turning = _turning_wheels(s, context, w)
+    if turning is not None:
+        return turning
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
     s, attempt, context = first_plan(s, context, w)
@@ -111,30 +111,21 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
 
 
-def _wheels_are_off(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the wheels are to be turned at rest before the segment is begun."""
-    segment = s.task.whole
-    if segment.wheels is None or not s.is_stationary:
-        return False
-    driven = float(context.state[THETA]) - segment.part.start
-    return driven <= WHEELS_REACH and (abs(segment.wheels - float(context.state[DELTA])) > WHEELS_OFF)
-
-
-def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    angle = s.task.whole.wheels
-    assert angle is not None
-    decision = ControlDecision(
-        control=fallback.turn_wheels(context.state, angle, w.config),
-        verdict=Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"),
-        trajectory=lookout.braking(context, w.config.comfort_acceleration, w.config),
-    )
-    return Driven(s, decision)
+def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
+    """The wheels are turned at rest near the start of a segment that names their angle, or None."""
+    angle, (*_, delta, theta) = s.task.whole.wheels, context.state.tolist()
+    near = theta - s.task.whole.part.start <= WHEELS_REACH
+    if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
+        return None
+    control = fallback.turn_wheels(context.state, angle, w.config)
+    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
 
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Go on with the plan, unless another one is needed and found."""
+    """Continue with the plan, unless another one is needed and found."""
     s, distance = _distance_on_driven(s, w)
-    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s)
+    in_view = contact.comes_into_view(s, context, w.config) and not stops.is_old(s)
     if in_view or distance < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, distance)
         if in_view and s.plans.suspended is None:
@@ -153,10 +144,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 
 
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Brake along the plan that was driven and stand, until a route is planned.
-
-    Behind a goal that was passed it brakes in comfort, but stands within reach of it.
-    """
+    """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
     if not conditions.passes_target(s, context, w.config):
         why = causes.of_stall(s, context, w.config, w.mpcc.room)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
@@ -168,7 +156,7 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Stand, or brake to a standstill, while a way is planned, or where there is none."""
+    """Stand, or brake to a standstill, while a route is planned, or if there is none."""
     route = s.route
     assert route is not None
     if s.goal_pose is None:
@@ -183,7 +171,7 @@ def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) ->
 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Brake to a standstill along the plan that was driven, in comfort or as firmly as can be, and stand."""
+    """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
     wanted = w.config.limits.acceleration if s.task.at_once else w.config.comfort_acceleration
     return _stop(s, context, w, Verdict(Reason.TOLD_TO_STAND), wanted, along=s.plans.driven)
 
@@ -200,7 +188,7 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
-    """Whether the goal that a vehicle stands at is the one that was asked for, and was detected."""
+    """Whether the goal that the vehicle stands at is the given one, and was detected."""
     goal = s.goal
     if aim.never_seen(goal, w.config):
         return Verdict(Reason.NOT_DETECTED, goal.undetected and f", the last detection: {goal.undetected}")
@@ -235,18 +223,16 @@ _BY_PHASE = {
 def _change_over(
     s: ControllerState, context: PlanningContext, w: Workspace, distance: float
 ) -> tuple[ControllerState, ControlDecision | None]:
-    """Turn from the present plan to the first one of another objective; None: not yet.
+    """Change from the present plan to the first one of another objective; None: not yet.
 
-    An arrival that goes through something, or does not end at its target, is looked for again after
-    `rti_mpcc.planning.stops.REPLAN_INTERVAL`, from nearer, while the present plan is driven on.
-
-    `distance`: of what the present plan meets, from its begin [m], inf if nothing.
+    An arrival that goes through something, or misses its target, is searched again `stops.REPLAN_INTERVAL`
+    later, from nearer. `distance`: along the present plan to a contact [m], or inf.
     """
     trial = sought(s, context, w, distance)
     found = first_plan(trial, context if trial is s else w.context(trial), w)
     attempt, stop = found.attempt, found.s.task.stop
     if distance == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
-        # No way past: the stop is needed, and the plan to it is as good as another one.
+        # No route past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
     too_late = schedule.too_late(s, context, w.config)
     in_vain = stop is None and attempt.corridor_infeasible and not attempt.out_of_time
@@ -283,16 +269,16 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 
 def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Distance [m] from its start at which a change of the obstacles cuts the plan being driven, or inf."""
+    """Distance [m] along the driven plan to what has changed and blocks it, or inf."""
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
-    distance = lookout.distance_to_contact(s, plan, w.config)
+    distance = contact.distance_to_contact(s, plan, w.config)
     return (s if distance < inf else stops.found_clear(s)), distance
 
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
-    """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
+    """Whether the driven plan stops where the route may be clear now, or its arrival should start."""
     if stops.is_old(s):
         return False
     if stops.way_may_be_free(s):
@@ -305,12 +291,12 @@ def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspa
 def _ends_elsewhere(
     s: ControllerState, plan: Trajectory, context: PlanningContext, config: ControllerConfig
 ) -> bool:
-    """Whether an arrival's plan does not end at its target: that has jumped, or the iterations got stuck."""
+    """Whether an arrival's plan misses its target: it has jumped, or the iterations got stuck."""
     arrives = s.task.arrival is not None and context.free
     return arrives and context.missed_by(plan, GOAL_CLIP)
 
 
-# -- the rungs of the fallback --------------------------------------------------------------------------
+# -- the steps of the fallback --------------------------------------------------------------------------
 
 
 def _accept(s: ControllerState, context: PlanningContext, w: Workspace, attempt: SqpResult) -> Driven:
@@ -332,17 +318,16 @@ def _go_on(
     *,
     until_another: bool = False,
 ) -> Driven | None:
-    """Drive the last accepted plan of `before` on, clear to its end unless another is on its way; or None."""
+    """Continue the last accepted plan of `before`, clear to its end unless `until_another`; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
     if plan is None:
         return None
-    return _follow_plan(
-        s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, anywhere=not until_another
-    )
+    shifted, anywhere = Source.SHIFTED_PLAN, not until_another
+    return _follow_plan(s, context, w, plan, shifted, attempt, problem=problem, anywhere=anywhere)
 
 
 def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Drive on along the last plan for a moment, by what is believed; then brake."""
+    """Continue the last plan for a moment, by the estimate; then brake."""
     monitor = s.vehicle.monitor
     short = context.now - monitor.since <= w.config.plausibility.blind
     if s.task.drives and not s.task.latched and short and not monitor.steering_fault:
@@ -356,7 +341,7 @@ def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 def _give_up(
     s: ControllerState, context: PlanningContext, w: Workspace, problem: str, attempt: SqpResult | None = None
 ) -> Driven:
-    """Brake to a standstill; what moved begins afresh once there is a reason to."""
+    """Brake to a standstill, and plan anew."""
     firm = w.config.firm_deceleration
     after = transition_on(s, Event.PLAN_LOST)
     after = s if after is s else replace(after, task=replace(after.task, latched=problem))
@@ -374,17 +359,17 @@ def _follow_plan(
     problem: str = "",
     anywhere: bool = False,
 ) -> Driven:
-    """Drive a plan that is clear over a stop (`anywhere`: all of it), to a goal that is known well enough.
+    """Drive a plan that is clear as far as a stop needs (`anywhere`: to its end), to a goal that is certain.
 
-    `problem`: why it is not this cycle's own.
+    `problem`: why the plan is not of this cycle.
     """
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else CLEAR_TIME
-    distance = lookout.clear_distance_on(s, plan, config, need + CLEAR_DISTANCE, later)
+    distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE, later)
     if s.area.moving:
-        slowing = lookout.slowing(context, plan, config)
-        distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
+        slowing = stopping.slowing(context, plan, config)
+        distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
@@ -395,17 +380,11 @@ def _follow_plan(
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
-    decision = ControlDecision(
-        control=fallback.follow(plan.controls[0], source),
-        verdict=Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w),
-        trajectory=plan,
-        attempt=attempt,
-    )
-    return Driven(s, decision)
+    verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w)
+    return Driven(s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt))
 
 
 def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
-    """What there is to say of a plan of this cycle that is driven."""
     unseen = aim.remark(s.goal)
     if s.task.stop is not None:
         return Verdict(Reason.DRIVES_TO_STOP, causes.before_stop(s.task.stop, context, w.config))
@@ -416,19 +395,15 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
 
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
-    """Brake and stand; or creep out of it, where the settings allow that and it is not told to stand."""
+    """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
     s = transition_on(s, Event.OVERLAP)
     s = replace(s, task=replace(s.task, halt=Halt()))
     motion = None
     if s.task.phase is not Phase.WAITING:
         motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
     if motion is not None:
-        decision = ControlDecision(
-            control=fallback.follow(motion.controls[0], Source.ESCAPE),
-            verdict=Verdict(Reason.CREEPS_OUT, str(overlap)),
-            trajectory=motion,
-        )
-        return Driven(s, decision)
+        verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
+        return Driven(s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion))
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
     shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = w.config.comfort_acceleration if shallow else w.config.limits.acceleration
@@ -436,25 +411,25 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
 
 
 def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> ControllerState:
-    """Halt where the way of the plan that is being driven is no longer clear of what has changed or moves."""
+    """Halt if the driven plan is not clear of what has changed or moves."""
     plan, area = s.plans.driven, s.area
     changed = s.plans.clear_of != area.changes
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
-    slowing = lookout.slowing(context, plan, w.config)
-    distance = lookout.distance_to_moving(s, slowing, w.config)
+    slowing = stopping.slowing(context, plan, w.config)
+    distance = contact.distance_to_moving(s, slowing, w.config)
     if changed:
-        # What stands behind the plan's end is no reason to stop: nothing is driven there.
-        end = stopping.way_left(plan, context.state)
+        # A static obstacle behind the plan's end is no reason to stop.
+        end = stopping.distance_to_end(plan, context.state)
         least = w.config.clearance.least
-        distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
+        distance = min(distance, contact.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
     return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
 
 
 def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
-    """Whether it brakes, or stands, for what is met after `distance` [m]; `need`: what a stop takes [m]."""
+    """With a halt for a contact after `distance` [m], if a stop needs `need` [m], or without one."""
     halt = stops.halted(s.task.halt, distance, need, s.now)
     if halt is s.task.halt:
         return s
@@ -471,20 +446,17 @@ def _stop(
     attempt: SqpResult | None = None,
     along: Trajectory | None = None,
 ) -> Driven:
-    """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand.
-
-    Where that is not enough to stand before what the vehicle meets on its way, it brakes harder.
+    """Brake at `deceleration` [m/s²], by default in comfort, harder before a contact, and stand.
 
     `along`: a plan to brake along, where that is as gentle as with the steering held.
     """
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion = lookout.braking(context, wanted, config)
+        motion = stopping.braking(context, wanted, config)
         control = fallback.hold(state, config, context.acceleration)
     else:
-        motion, needed = lookout.braking_in_time(s, context, wanted, config, along)
+        motion, needed = stopping.braking_in_time(s, context, wanted, config, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
-    decision = ControlDecision(control=control, verdict=verdict, trajectory=motion, attempt=attempt)
-    return Driven(s, decision)
+    return Driven(s, ControlDecision(control, verdict, motion, attempt))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from geometry.errors import (
-    ConfigError,
-    CorridorError,
-    InputError,
-    MissingExtraError,
-    PathError,
-    RtiMpccError,
-)
+from geometry.errors import ConfigError as ConfigError
+from geometry.errors import CorridorError as CorridorError
+from geometry.errors import InputError as InputError
+from geometry.errors import MissingExtraError as MissingExtraError
+from geometry.errors import PathError as PathError
+from geometry.errors import RtiMpccError as RtiMpccError
 
 
 class ScenarioError(InputError):
@@ -22,16 +20,3 @@ class RecordingError(InputError):
 
 class CampaignError(RtiMpccError):
     """A campaign cannot go on: its cluster is gone, or workers cannot be started. What is done is kept."""
-
-
-__all__ = [
-    "CampaignError",
-    "ConfigError",
-    "CorridorError",
-    "InputError",
-    "MissingExtraError",
-    "PathError",
-    "RecordingError",
-    "RtiMpccError",
-    "ScenarioError",
-]

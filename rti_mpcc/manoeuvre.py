@@ -1,8 +1,7 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path, stretches of a planned way, a stop before what fills the way: all are segments, driven by one
-mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them, the first one
-being driven. A stop is a piece of the segment that is driven on afterwards.
+Parts of a path or of a planned route, and a stop in front of what blocks it, are segments, driven in the same
+way. A stop is a piece of the segment that is continued afterwards.
 """
 
 from __future__ import annotations
@@ -32,20 +31,19 @@ class SegmentEnd(Enum):
     """The goal pose, known or detected, beside or behind the path's end."""
     CUSP = "cusp"
     STOP = "stop before something in the way"
-    """From where the segment that comes next is driven on."""
+    """From where the next segment continues."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedStop:
-    """A stop before something that fills the way.
+    """A stop in front of something that blocks the route.
 
     Attributes:
         at: progress [m].
-        goal: known when it was found to be needed.
-        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
-            was no time yet.
-        since: when that was, or when a way past was last looked for in vain [s].
-        met: what fills the way, and where, for the reasons of commands; no other stop for that.
+        goal, obstacles: the goal, and the number of obstacle changes, for which no route past was found;
+            obstacles None: there was no time yet to search one.
+        since: when the last search failed [s].
+        met: what blocks the route, and where, for the reasons of commands.
     """
 
     at: float
@@ -57,21 +55,19 @@ class PlannedStop:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segment(Admitted):
-    """A piece of a manoeuvre in one direction. One is equal to itself only: driven twice, it begins twice.
+    """A piece of a manoeuvre in one direction. Equal to itself only: driven twice, it starts twice.
 
     Attributes:
-        part: what is driven; index: of the route's part whose boundaries count.
-        end: see `SegmentEnd`; tolerance: of that (longitudinal [m], lateral [m], heading [rad]).
+        part: the geometry; index: of the route's part whose boundaries count.
+        end: see `SegmentEnd`; tolerance: there (longitudinal [m], lateral [m], heading [rad]).
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
-        wheels: angle that the wheels are turned to at rest before it is begun [rad]; None: it is begun with
-            them as they stand.
-        margin: distance of the body on the way to all that was known when it was planned [m]: where that is
-            less than `Clearance.wanted` no more is kept, as far as `Clearance.least` allows. None: not known.
-        dwell: how long the vehicle stands at its end, a cusp, at least [s].
-        objective: on the way, until an arrival is planned or another objective takes over.
+        wheels: angle to which the wheels are turned at rest before its start [rad]; None: as they are.
+        margin: clearance of the planned route [m]: if it is less than `Clearance.wanted`, no more is kept, as
+            far as `Clearance.least` allows. None: not known.
+        dwell: least time [s] at rest at its end, a cusp.
+        objective: until an arrival is planned or another objective takes over.
         target: where it ends, by its part and the goal or None; None: at the goal, or the part's own end.
-        stop: of one that ends before something in the way, which only the controller makes; None otherwise.
-        piece_of: the whole segment that this is a variant of, or None.
+        stop: in front of something, only made by the controller; piece_of: the whole segment then.
 
     Raises:
         InputError: a limit or tolerance that is not positive, or a negative margin or dwell.
@@ -147,7 +143,7 @@ class PlanOutcome(Enum):
     FOUND = "found"
     START_IN_COLLISION = "the body at the start is too near to something, or in it"
     GOAL_IN_COLLISION = "the body at the goal is too near to something, or in it"
-    GOAL_TOO_FAR = "the goal is farther away than ways are planned"
+    GOAL_TOO_FAR = "the goal is farther away than routes are planned"
     NO_WAY = "there is none that this vehicle can drive"
     BUDGET_SPENT = "none was found within the budget"
 
@@ -184,7 +180,7 @@ class Manoeuvre:
     def path(self) -> ReferencePath:
         """The way. Raises PathError where none was found."""
         if not self.found:
-            raise PathError(f"there is no way: {self.reason}")
+            raise PathError(f"there is no route: {self.reason}")
         return ReferencePath(parts=tuple(segment.part for segment in self.segments))
 
     @property
@@ -201,8 +197,7 @@ class Manoeuvre:
 
 def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The parts of a path, the last one to its end or to a goal near it."""
-    tolerance = CUSP_TOLERANCE
-    *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
+    *before, last = (Segment(part=part, index=k) for k, part in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
 
@@ -212,7 +207,7 @@ def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     return config.objective.segments(along(path, config), config)
 
 
-def checked(segments: Segments, path: ReferencePath) -> Segments:
+def checked_manoeuvre(segments: Segments, path: ReferencePath) -> Segments:
     """The segments, if they are a manoeuvre along this path.
 
     Raises:
@@ -230,7 +225,7 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
         if segment.end is SegmentEnd.STOP or segment.stop is not None or segment.piece_of is not None:
-            raise InputError(f"{name}: stops before something are made by the controller")
+            raise InputError(f"{name}: only the controller makes stops")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):
         raise InputError(f"segments: drive parts {driven} of the path, must be all of them in order")

@@ -1,4 +1,4 @@
-"""Orders for a controller, as data, in place of the path and the goal that it had. A mission gives them."""
+"""Orders of a mission to the controller, in place of its path and goal, as data."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from rti_mpcc.types import GoalOrigin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill, and stand; `at_once`: as soon as possible, not in comfort."""
+    """Come to a standstill in comfort, or as soon as possible (`at_once`), and stand."""
 
     at_once: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoOn:
-    """Resume the route or path on which the vehicle was stopped."""
+    """Resume the segment on which the vehicle was stopped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ Order = Stand | GoOn | GoTo | Follow
 
 
 def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
-    """The state of a controller that was given an order; one that plans no routes takes no goals."""
+    """The state after an order. Raises InputError for a goal or a manoeuvre without recovery."""
     if isinstance(order, Stand):
         s = transition_on(s, Event.TOLD_TO_STAND)
         return replace(s, task=replace(s.task, at_once=order.at_once))

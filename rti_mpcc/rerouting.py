@@ -1,10 +1,9 @@
-"""When another way is planned, slice by slice beside the control.
+"""When the vehicle replans, slice by slice beside the control.
 
-A vehicle that cannot get on asks for another way, in the area that is known: the one that its controller was
-given, or all parts of the corridor along its path, with their open ends. In an area it stands meanwhile, on a
-route of no length; on the path that it was given it stays until there is another way. One that still drives,
-because there is a stop to make for or a plan that will miss its goal, asks for a way from where it will be in
-a moment, and goes on that without a stop; where that comes too late, for one from where it will stand.
+A vehicle that is blocked asks for another route in the known area: the given one, or all parts of the
+corridor along its path, with their open ends. In an area it stands meanwhile on a route of no length; on a
+given path it stays on that. One that still drives, to a stop or along a plan that misses its goal, asks for a
+route from where it will be soon, to join it without a stop; if that comes too late, from where it will stand.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import MOVED, changed
+from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.state import MOVING_SPEED, ControllerState, Phase
@@ -31,27 +30,26 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.scouting import takes_too_long
 
-_REPLAN_AFTER = 1.0  # a vehicle that has stood so long where it cannot get on asks for another route [s]
+_REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
 """Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
 lateral [m], heading [rad]."""
-_JOIN_AFTER = 1.0  # a route that is joined without a stop starts so far ahead of the vehicle [s]
+_JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
 _SLICES = 2  # of planning in one cycle, at most
 _SLICES_AT_REST = 6  # of a vehicle that stands and waits for its route
-NO_MANOEUVRE = 1.0
-"""Length of the straight route that a vehicle stands on while it has no manoeuvre [m]."""
+NO_MANOEUVRE = 1.0  # [m], length of the straight route of a vehicle that stands without a manoeuvre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Asked:
-    """What a way is planned for.
+class ReplanRequest:
+    """A request for a route.
 
     Attributes:
-        start, goal: poses; area: with the obstacles that are known.
-        at: when the vehicle will be at the start, and drive [s]; None: it will stand there. after: so long
-            after it was asked for [s].
-        came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
-        stopping: way that it takes to come to rest from there in comfort [m].
+        start, goal: poses; area: with the known obstacles.
+        at: when the vehicle will be at the start, and drive [s]; None: it will stand there.
+        after: time from the request until then [s].
+        incoming: direction, +1 or -1, and curvature [1/m] there; 0, 0 at rest.
+        stopping: distance of a stop in comfort from there [m].
     """
 
     start: Pose2
@@ -59,28 +57,28 @@ class _Asked:
     area: Surroundings
     at: float | None = None
     after: float = 0.0
-    came: tuple[float, float] = (0.0, 0.0)
+    incoming: tuple[float, float] = (0.0, 0.0)
     stopping: float = 0.0
 
-    def answers(self, other: _Asked, most: tuple[float, float, float], least: float) -> bool:
-        """Whether a way that was planned for this serves the other as well."""
+    def matches(self, other: ReplanRequest, most: tuple[float, float, float], least: float) -> bool:
+        """Whether a route for this request serves the other one as well."""
         near = other.start.relative_to(self.start).within(most)
         both = (self.at is None) == (other.at is None)
         return near and both and self.is_for(other.goal, other.area, most, least)
 
     def is_joined_by(self, found: Manoeuvre) -> bool:
-        """Whether a vehicle that drives there can go on along what was found, and brake in comfort on it."""
+        """Whether a vehicle that drives there can join the route, and brake in comfort on it."""
         if not found.found:
             return False
         first = found.segments[0].part
-        return first.direction == self.came[0] and first.end - first.start >= self.stopping
+        return first.direction == self.incoming[0] and first.end - first.start >= self.stopping
 
     def is_for(self, goal: Pose2, area: Surroundings, most: tuple[float, float, float], least: float) -> bool:
-        """Whether this is the goal, to within `most`, and static obstacles differ by `least` [m] at most."""
+        """Whether the goal is the same to within `most`, and static obstacles to `least` [m]."""
         if not goal.relative_to(self.goal).within(most):
             return False
         same = self.area.changes == area.changes
-        return same or not changed(self.area.standing, area.standing, least)
+        return same or not obstacles_changed(self.area.standing, area.standing, least)
 
 
 class Rerouter:
@@ -89,20 +87,20 @@ class Rerouter:
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
         self._driven_in = area  # when the route was planned
-        self._asked: _Asked | None = None
+        self._asked: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
-        self._outdated = False  # it was begun in another area
+        self._outdated = False  # the search was started in another area
 
     def forget(self) -> None:
-        """Keep nothing of a search that is under way."""
+        """Drop the search."""
         self._asked = self._planning = None
         self._outdated = False
 
     def in_another(self, s: ControllerState, area: Area) -> ControllerState:
         """The state in another area; what differs by `MOVED` at most is no change.
 
-        A search goes on where nothing has changed near the straight line from its start to its goal: what it
-        finds has to be clear in the area that is there then. So a map that flickers elsewhere ends no search.
+        A search continues if nothing has changed near the straight line from its start to its goal; its
+        result has to be clear in the new area. So a map that flickers elsewhere ends no search.
         """
         least, before = MOVED, self._area
         changes = area.solid_beside(before, least) + before.solid_beside(area, least)
@@ -119,14 +117,14 @@ class Rerouter:
         return replace(s, area=s.area.in_another(area, ways.beside_way(s, added, self._config)))
 
     def routed(self, s: ControllerState) -> ControllerState:
-        """The state with another way, where one is needed and found, or without any, where one is needed."""
+        """The state with another route, if one is needed and found, or without any, if one is needed."""
         route, here = s.route, ways.here(s, self._config)
         assert route is not None
         if _as_it_is(s):
             return s
         if s.task.phase is Phase.PLANNING:
             if apart(here, s.path.start) > OFF_PATH:
-                # It is first heard of there, or was set down: nothing would be driven so far off a route.
+                # It is first measured there, or was relocated: nothing would be driven so far off a route.
                 s = moves.without_way(s, *standing_route(here), route.why)
             return self._answered(s)
         why = self._asks(s)
@@ -138,38 +136,38 @@ class Rerouter:
         return self._answered(s)
 
     def area_known(self, s: ControllerState) -> Area:
-        """All that stands, as far as is known."""
+        """The area with all known static obstacles."""
         return self._area.with_obstacles([each.outline for each in s.area.standing])
 
     def leaving(self, s: ControllerState, why: str) -> ControllerState:
-        """The state of a vehicle that leaves its route, and plans another one in all of the area."""
+        """The state of a vehicle that leaves its route and replans in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
         return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
 
     def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
-        """The state of a vehicle that leaves its route for a manoeuvre, and is not to take another one."""
+        """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
         s = self.leaving(s, "")
         assert s.route is not None
         route = replace(s.route, manoeuvre=manoeuvre, ways=s.route.ways + 1, fixed=True)
         return moves.onto_way(s, manoeuvre, route)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
-        """Go on planning, with what time this cycle has left."""
+        """Plan with the time that this cycle has left."""
         asked = self._needed(s)
         if asked is None:
             return s
         margin = self._config.clearance.wanted
-        if self._asked is None or not self._asked.answers(asked, _UNMOVED, margin):
+        if self._asked is None or not self._asked.matches(asked, _UNMOVED, margin):
             known = self.area_known(s)
             self._asked = asked
-            # One that has driven and asks does not stand well inside: it has to get there.
+            # A vehicle that has driven and asks is not well inside: it has to get there.
             driven = s.route is not None and s.route.ways > 0
             there = SETTLE_SHARE if driven else 1.0
             config = s.goal.terms.on(self._config)
             keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.followed is None]
             self._planning = RoutePlanning(
-                asked.start, asked.goal, known, config, asked.came, there=there, keep_out=keep_out
+                asked.start, asked.goal, known, config, asked.incoming, there=there, keep_out=keep_out
             )
         planning = self._planning
         assert planning is not None
@@ -189,7 +187,7 @@ class Rerouter:
         return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))
 
     def _asks(self, s: ControllerState) -> str:
-        """Why another way is needed, or ""."""
+        """Why another route is needed, or ""."""
         route, task = s.route, s.task
         assert route is not None
         if s.goal.rejected:
@@ -198,9 +196,9 @@ class Rerouter:
             return route.wanted
         goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
         if goal is not None and planned is not None and self._elsewhere(goal, planned.goal):
-            return "the goal is elsewhere"
+            return "the goal has moved"
         if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
-            return "something fills the way"
+            return "something blocks the route"
         if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or ways.was_asked(s, self._config):
             return ""
         if task.phase is Phase.STALLED:
@@ -216,32 +214,30 @@ class Rerouter:
         off = goal.relative_to(planned)
         return apart(goal, planned) > position or abs(off.phi) > heading
 
-    def _needed(self, s: ControllerState) -> _Asked | None:
-        """What is to be planned for now; None: nothing."""
+    def _needed(self, s: ControllerState) -> ReplanRequest | None:
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
         if goal is None or monitor.state is None or monitor.why or route is None or _as_it_is(s):
             return None
         if s.goal.rejected:
             return None
-        # Plans may come and go: what was begun is planned on while it stands, and driven if it asks again.
+        # A search continues while the vehicle stands, and its route is driven if it is asked for again.
         begun = self._planning is not None and s.task.phase is not Phase.HOLDING
         stuck = not s.on_planned_way and (route.why or (begun and s.is_stationary))
         if s.task.phase is Phase.PLANNING or stuck:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
-            start = ways.here(s, self._config)
-            return _Asked(start=start, goal=goal, area=s.area)
+            return ReplanRequest(start=ways.here(s, self._config), goal=goal, area=s.area)
         if s.task.drives and (s.task.stop is not None or route.wanted):
             return self._ahead(s, goal)
         return None
 
-    def _ahead(self, s: ControllerState, goal: Pose2) -> _Asked | None:
-        """From where on its route another one is to start: where the vehicle will be soon, or will stand."""
+    def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
+        """From where the vehicle will be soon, or will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
             if last.at is not None and s.now <= last.at:
                 return last
-            # That came too late: once more with twice the time, as long as the vehicle drives by then.
+            # The route came too late: once more with twice the time, if the vehicle drives by then.
             asked = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
         else:
             asked = _driving(s, goal, _JOIN_AFTER, config) if ways.on_the_move(s) else None
@@ -250,17 +246,16 @@ class Rerouter:
         if stop is None:
             return None
         part = s.task.segment.part
-        start = part.pose(min(stop.at, part.end))
-        return _Asked(start=start, goal=goal, area=s.area)
+        return ReplanRequest(start=part.pose(min(stop.at, part.end)), goal=goal, area=s.area)
 
     @property
     def _in_vain(self) -> bool:
-        """Whether the search has ended without a way."""
+        """Whether the search has ended without a route."""
         found = None if self._planning is None else self._planning.manoeuvre
         return found is not None and not found.found
 
     def _found(self) -> Manoeuvre | None:
-        """What the search came to; None: nothing yet, or nothing in the area that is there now."""
+        """The result of the search; None: none yet, or none that is clear in the present area."""
         found = None if self._planning is None else self._planning.manoeuvre
         if found is None or not self._outdated:
             return found
@@ -271,17 +266,15 @@ class Rerouter:
         return None
 
     def _answered(self, s: ControllerState) -> ControllerState:
-        """Drive a way that was found for where the vehicle is; say why there is none."""
+        """With the route that was found for where the vehicle is, or the reason why there is none."""
         asked, route, config = self._needed(s), s.route, self._config
         found = self._found()
         if asked is None or route is None or found is None or self._asked is None:
             return s
-        if not self._asked.answers(asked, ways.NEAR, config.clearance.wanted):
+        if not self._asked.matches(asked, ways.NEAR, config.clearance.wanted):
             return s
-        planning, told = (
-            s.task.phase is Phase.PLANNING,
-            replace(route, manoeuvre=found, changes=s.area.changes),
-        )
+        planning = s.task.phase is Phase.PLANNING
+        told = replace(route, manoeuvre=found, changes=s.area.changes)
         if asked.at is not None:
             # Once its own time has come.
             there = s.now + config.dead_time >= asked.at - 0.5 * config.cycle
@@ -304,12 +297,12 @@ class Rerouter:
 
 
 def _as_it_is(s: ControllerState) -> bool:
-    """Whether no way is to be planned, whatever happens."""
+    """Whether it never replans now."""
     return s.task.phase is Phase.WAITING or (s.route is not None and s.route.fixed)
 
 
-def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> _Asked | None:
-    """What is asked for from where the plan being driven will be so much later [s]; None: it stands."""
+def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> ReplanRequest | None:
+    """From where the driven plan will be in `after` [s]; None: it stands there."""
     plan, at = s.plans.driven, s.now + after
     if plan is None or at >= plan.times[-1]:
         return None
@@ -320,18 +313,18 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0
     curvature = tan(float(state[DELTA])) / config.vehicle.wheelbase
-    return _Asked(
+    return ReplanRequest(
         start=start,
         goal=goal,
         area=s.area,
         at=at,
         after=after,
-        came=(direction, curvature),
+        incoming=(direction, curvature),
         stopping=speed**2 / (2.0 * config.comfort_acceleration),
     )
 
 
 def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
-    """A straight route where the vehicle stands: nothing is driven on it."""
+    """A straight route where the vehicle stands; it is not driven."""
     path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
     return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)

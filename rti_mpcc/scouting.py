@@ -1,6 +1,6 @@
-"""The search for the first plan of an objective, over several cycles where there is no time in one.
+"""The search for the first plan of an objective, over several cycles if the time of one is too short.
 
-Each function returns the state with which its result would be driven, beside that result.
+Each function returns the state with which its result would be driven, and the result.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, Su
 from rti_mpcc.planning.stops import SEEN_SHARE
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import contact, lookout
+from rti_mpcc.safety import contact
 from rti_mpcc.types import Trajectory
 
 ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
@@ -31,7 +31,7 @@ OUT_OF_REACH = "the goal is out of reach from the path's last change of directio
 
 
 class Found(NamedTuple):
-    """What a search came to: the state to drive it with, the last attempt, and what that was planned in."""
+    """The result of a search: the state to drive it with, the last attempt, and its context."""
 
     s: ControllerState
     attempt: SqpResult
@@ -39,12 +39,11 @@ class Found(NamedTuple):
 
 
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """The first plan, in this order; a search that ran out of time goes on where it was.
+    """The first plan, in this order; a search that ran out of time is resumed.
 
-    1. Onward to the target, from a guess along the path; on the way to a stop nothing else.
-    2. From rest, where that is not clear or misses the goal by more than `ACCEPTED_MISS`, another route is
-       asked for, unless there is none.
-    3. A stop before what blocks the route; from there it replans.
+    1. To the target, from a guess along the path; for a stop nothing else.
+    2. If that is not clear, or misses the goal by more than `ACCEPTED_MISS`, it asks for another route.
+    3. If there is none, a stop in front of what blocks the route.
     """
     begun = s.plans.suspended
     found, filled = _onward(s, context, w)
@@ -81,19 +80,19 @@ def iterated(
 def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:
     """With another end to plan for than that of the driven plan, which is clear over `distance` [m].
 
-    A way past what blocks it comes first. Where the plan is not clear and there was no time for that, a stop
-    does: it is found soon, and a way past can be looked for meanwhile.
+    A route past what blocks the plan comes first. If there was no time for that, it is a stop, which is found
+    soon, and the route past is searched meanwhile.
     """
     begun, filled, left, config, driven = s.plans.suspended, inf, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
         trial = replace(s, task=replace(s.task, arrival=begun.arrival))
         guess = search.first_guess(w.mpcc, trial, context)
-        on_guess = lookout.distance_to_contact(s, guess, config)
+        on_guess = contact.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
         filled = contact.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
     if NEAR_STOP < left < inf:
-        s = moves.stop_before(s, context, left, None, str(lookout.met_at(s, filled, config)))
+        s = moves.stop_before(s, context, left, None, str(contact.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
     elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s)):
@@ -106,20 +105,24 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
     s = schedule.scheduled(s, context, w.config)
     filled = _met_on_planned_way(s, context, w)
     if filled is not None:
-        nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
+        nothing = SqpResult(solutions=(), problem="something blocks the route", corridor_infeasible=True)
         return Found(s.suspending(None), nothing, context), filled
     s, attempt, guess = _from_guess(s, context, w)
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         plan = attempt.plan if attempt.fits else guess
-        distance = lookout.distance_to_contact(s, plan, w.config)
+        distance = contact.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
-            # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
-            s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
+            # It has not converged that far ahead.
+            s, more = iterated(s, context, search.further(attempt, w.config), w)
+            attempt = attempt if more.out_of_time else attempt.then(more)
             plan = attempt.plan if attempt.fits else guess
-            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config))
+            distance = contact.distance_to_contact(s, plan, w.config)
+            cruises = attempt.fits and s.task.arrival is None
+            if cruises and distance > SEEN_SHARE * contact.length(attempt.plan):
+                distance = inf  # the far part of a cruise has not seen enough
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
-            # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
-            on_guess = lookout.distance_to_contact(s, guess, w.config)
+            # The guess along the path tells where that is: the plan may turn aside in front of it.
+            on_guess = contact.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
             filled = contact.progress_of_contact(s, *met, w.config)
     if filled is None:
@@ -133,7 +136,7 @@ def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspa
     if not s.on_planned_way or not context.free or not s.area.corridor.obstacles:
         return None
     guess = search.first_guess(w.mpcc, s, context)
-    distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
+    distance = contact.distance_to_obstacle(s, guess, w.config)
     if distance == inf:
         return None
     return contact.progress_of_contact(s, guess, distance, w.config)
@@ -148,9 +151,9 @@ def _another_way(
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
         found = _reaching(found, s.plans.suspended, w)
-        if found.attempt.out_of_time:  # nothing is begun yet
+        if found.attempt.out_of_time:
             return found._replace(s=s.suspending(found.s.plans.suspended), context=context), filled
-    why = found.attempt.problem or ("something fills the way" if filled is not None else "")
+    why = found.attempt.problem or ("something blocks the route" if filled is not None else "")
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
@@ -164,7 +167,7 @@ def _another_way(
 
 def _stop_before(found: Found, filled: float, context: PlanningContext, w: Workspace) -> Found:
     """A stop before what still blocks the route."""
-    left, met = _left_before(filled, context, w), lookout.met_at(found.s, filled, w.config)
+    left, met = _left_before(filled, context, w), contact.met_at(found.s, filled, w.config)
     s = moves.stop_before(found.s, context, left, found.s.area.changes, str(met))
     if s.task.phase is Phase.HOLDING:
         return Found(s, found.attempt, w.context(s))
@@ -172,7 +175,7 @@ def _stop_before(found: Found, filled: float, context: PlanningContext, w: Works
 
 
 def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan to the goal that misses it is iterated on, one of a brisk ride with more time then."""
+    """A first plan that misses the goal is iterated further, one of a brisk ride with more time then."""
     found = _iterated_on(found, begun, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
     near = search.reaches(attempt, found.context, ACCEPTED_MISS)
@@ -182,7 +185,7 @@ def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Foun
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan that misses the goal is iterated on; an error left then is worth less than the effort."""
+    """A first plan that misses the goal is iterated further, up to a number of rounds."""
     s, attempt, context = found
     before = 0 if begun is None else begun.iterations
     done = before + len(attempt.solutions)
@@ -198,31 +201,23 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
 def _from_guess(
     s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, SqpResult, Trajectory]:
-    """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
+    """Iterate from a first guess, which is returned, too, or resume the suspended search."""
     guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
     start = search.from_guess(guess, w.config) if begun is None else search.resumed(begun, guess, w.config)
     s, attempt = iterated(s, context, start, w)
     return search.suspended(s, context, attempt), attempt, guess
 
 
-def _on(
-    s: ControllerState, attempt: SqpResult, context: PlanningContext, start: InitialIterate, w: Workspace
-) -> tuple[ControllerState, SqpResult]:
-    """An attempt iterated on, if there is time for it."""
-    s, more = iterated(s, context, start, w)
-    return s, attempt if more.out_of_time else attempt.then(more)
-
-
 def _left_before(meets: float, context: PlanningContext, w: Workspace) -> float:
-    """Progress [m] from here to a stop before what is met at the progress `meets` [m]."""
+    """Distance [m] to a stop in front of a contact at the progress `meets` [m]."""
     return meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
 
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
-    """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
+    """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
-    distance = lookout.distance_to_contact(s, attempt.plan, w.config)
+    distance = contact.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
     met = contact.met_on(s, attempt.plan, distance, w.config)
@@ -230,24 +225,15 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
 
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
-    """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
+    """Whether it would stop right here, `distance` [m] in front of a boundary: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
-    return contact.distance_to_obstacle(plan, s.area.corridor, s.task.segment.index, w.config, inf) > distance
-
-
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> float:
-    """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
-    if not attempt.fits or s.task.arrival is not None:
-        return distance
-    return inf if distance > SEEN_SHARE * contact.length(attempt.plan) else distance
+    return contact.distance_to_obstacle(s, plan, w.config) > distance
 
 
 def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
-    """Whether the last segment of a path is tried before its first: at rest, for a new goal.
-
-    A goal beside the path's end can be out of reach from there: another route from here may take no longer.
-    """
+    """Whether the last segment of a path is checked before its first: at rest, for a new goal. A goal beside
+    the path's end can be out of reach from there."""
     route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
     if route is None or goal is None or measured is None:
         return False
@@ -262,7 +248,7 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
 
 
 def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
-    """Whether a way that was found for want of reach takes too long to be driven in the path's place."""
+    """Whether a route for a goal out of reach takes too long to replace the path."""
     if s.route is None or s.route.why != OUT_OF_REACH:
         return False
     given = expected_docking_time(s.path, config, s.goal_pose)

@@ -45,103 +45,121 @@ class Status(Enum):
     FOLLOWING = "following"
     """Contouring along the path; the goal or cusp does not shape the plan's end yet."""
     ARRIVING = "arriving"
-    """Driving one planned arrival at rest at the goal or cusp, or at a stop before something in the way."""
+    """Driving a planned arrival at rest at the goal or cusp, or at a stop in front of an obstacle."""
     SETTLING = "settling"
     """Inside the goal tolerance (or at the cusp), braking to a standstill."""
     DOCKED = "docked"
-    """Standing inside the tolerance of the goal that was asked for last, as far as that is known."""
+    """Standing inside the tolerance of the goal that was given last."""
     CHANGING_DIRECTION = "changing direction"
-    """Standing at a cusp until the queued commands are drained and its dwell is over; then
-    the next segment begins."""
+    """Standing at a cusp until the queued commands have acted and its dwell is over."""
     STARTING = "starting"
-    """The first plan of a segment is being found: standing still, or braking if the vehicle moves."""
+    """Searching the first plan of a segment, at rest or braking."""
     BLOCKED = "blocked"
-    """The body overlaps something, or is not clear of something on the way that a stop needs: braking; or
-    standing before something that fills the way."""
+    """The body overlaps something, or the plan is not clear over the distance of a stop: braking; or standing
+    in front of what blocks the route."""
     GOAL_LOST = "goal lost"
-    """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
+    """The goal has not been seen for long and is too uncertain to dock at: stopping in front of it."""
     GOAL_REJECTED = "goal rejected"
-    """The goal that was asked for last was not accepted: standing, or braking to a standstill, where no other
-    goal was accepted; or standing at the last one that was."""
+    """The given goal was not accepted: standing, or braking to a standstill, if there is no previous goal, or
+    standing at that one."""
     SEARCHING = "searching"
     """Standing at the planned goal, which no accepted detection has shown yet."""
     WAITING = "waiting"
-    """Standing, or braking to a standstill, as it was told: in a mission that waits, or is cancelled."""
+    """Standing, or braking to a standstill, as commanded: in a mission that waits, or is cancelled."""
     PLANNING = "planning"
-    """Standing until a way to the goal is planned, or until there is a goal."""
+    """Standing until a route to the goal is planned, or until there is a goal."""
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it; `reason` says why."""
     GOAL_BEHIND = "goal behind"
-    """The goal (or cusp) is behind the vehicle: braking, then standing until a route back to it is planned,
-    if there is one."""
+    """The goal (or cusp) is behind the vehicle: braking, then standing until a route back is planned."""
     FAILED = "failed"
-    """No plan was accepted, or there was no time to find one; what is measured cannot be relied on; or the
-    drive (or the steering) is too weak for what acts beside it: a substitute is driven, `reason` says why."""
+    """No plan was accepted, or there was no time for one, the measurement is doubted, or the drive (or the
+    steering) is too weak for the disturbance: a substitute is driven, `reason` says why."""
 
 
 class Reason(Enum):
-    """Why a cycle did what it did, and the message that says so, with a place for what there is to tell."""
+    """Why a cycle did what it did: its message, with a place for the detail, and its status.
 
-    DRIVES = "drives", ""
-    DRIVES_TO_STOP = "drives to stop", "making for a stop before what is in the way: {}"
-    DRIVES_UNSEEN = "drives unseen", "{}"
-    """On to a goal that has not been seen for a while."""
-    DRIVES_ON = "drives on", "{}"
-    """Along the last plan: this cycle gave none, what follows says why."""
-    LATE = "late", "the plan came after the deadline"
-    STATE_DOUBTED = "state doubted", "{}"
-    """Along the last plan, for a moment: what is measured is doubted."""
-    NO_PLAN = "no plan", "{}"
-    """There is none that may be driven, what follows says why."""
-    SEARCHES_PLAN = "searches plan", "{}"
-    """There is no first one yet."""
-    TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad"
-    LOOKS_SOON = "looks soon", "standing, looks again soon: {}"
-    OVERLAP = "overlap", "{}"
-    """The body overlaps something."""
-    CREEPS_OUT = "creeps out", "{}: creeps out of it"
-    CONTACT_AHEAD = "contact ahead", "contact in {}"
-    """After how many metres, with which obstacle or wall, and where."""
-    OUT_OF_TIME = "out of time", "{}"
+    Where the status is None, a plan is driven: FOLLOWING or ARRIVING, by the objective.
+    """
+
+    DRIVES = "drives", "", None
+    DRIVES_TO_STOP = "drives to stop", "driving to a stop in front of an obstacle: {}", None
+    DRIVES_UNSEEN = "drives unseen", "{}", None
+    """To a goal that has not been seen for a while."""
+    DRIVES_ON = "drives on", "{}", None
+    """Along the last plan, as this cycle gave none; the detail says why."""
+    LATE = "late", "the plan came after the deadline", Status.STARTING
+    STATE_DOUBTED = "state doubted", "{}", Status.FAILED
+    """Along the last plan, for a moment, as the measured state is doubted."""
+    NO_PLAN = "no plan", "{}", Status.FAILED
+    SEARCHES_PLAN = "searches plan", "{}", Status.STARTING
+    """There is no first plan yet."""
+    TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad", Status.STARTING
+    LOOKS_SOON = "looks soon", "standing, searches again soon: {}", Status.FAILED
+    OVERLAP = "overlap", "{}", Status.BLOCKED
+    CREEPS_OUT = "creeps out", "{}: creeps out of it", Status.BLOCKED
+    CONTACT_AHEAD = "contact ahead", "contact in {}", Status.BLOCKED
+    """The detail: the distance [m], the obstacle or boundary, and the place."""
+    OUT_OF_TIME = "out of time", "{}", Status.FAILED
     """The deadline left no time for a plan, and the last one is not clear to its end."""
-    WAITS_UNTIL_CLEAR = "waits until clear", "waits until its way has been clear for a while{}"
-    GOAL_UNCERTAIN = "goal uncertain", "{}"
+    WAITS_UNTIL_CLEAR = (
+        "waits until clear",
+        "waits until the route has been clear for a while{}",
+        Status.BLOCKED,
+    )
+    GOAL_UNCERTAIN = "goal uncertain", "{}", Status.GOAL_LOST
     """The goal is not known well enough to dock at."""
-    SETTLES = "settles", "braking to rest at the target"
-    STANDS_BEFORE_SOMETHING = "stands before something", "standing before what fills the way: {}"
-    STANDS_AT_CUSP = "stands at cusp", "standing at the cusp"
-    GOAL_REJECTED = "goal rejected", "{}"
-    """The goal that was asked for last was not accepted."""
-    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}"
-    DOCKED = "docked", "standing inside the tolerance"
-    TOLD_TO_STAND = "told to stand", "standing as it was told"
-    STALLED = "stalled", "no plan from here ends inside the tolerance{}"
-    GOAL_BEHIND = "goal behind", "the goal is {} m behind where the vehicle stops: a new route is needed"
-    PLANS_WAY = "plans way", "planning a way: {}"
-    NO_WAY = "no way", "{}"
-    """There is none in the area, what follows says why."""
-    MISTAKE = "mistake", "mistake in this program: {}"
+    SETTLES = "settles", "braking to rest at the target", Status.SETTLING
+    STANDS_BEFORE_SOMETHING = "stands before something", "something blocks the route: {}", Status.BLOCKED
+    STANDS_AT_CUSP = "stands at cusp", "standing at the cusp", Status.CHANGING_DIRECTION
+    GOAL_REJECTED = "goal rejected", "{}", Status.GOAL_REJECTED
+    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}", Status.SEARCHING
+    DOCKED = "docked", "standing inside the tolerance", Status.DOCKED
+    TOLD_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
+    STALLED = "stalled", "no plan from here ends inside the tolerance{}", Status.STALLED
+    GOAL_BEHIND = (
+        "goal behind",
+        "the goal is {} m behind where the vehicle stops: a new route is needed",
+        Status.GOAL_BEHIND,
+    )
+    PLANS_WAY = "plans way", "planning a route: {}", Status.PLANNING
+    NO_WAY = "no way", "{}", Status.STALLED
+    """There is no route in the area; the detail says why."""
+    MISTAKE = "mistake", "internal error: {}", Status.FAILED
 
     message: str
+    status: Status | None
 
-    def __new__(cls, word: str, message: str) -> Reason:
+    def __new__(cls, word: str, message: str, status: Status | None) -> Reason:
         """The value is the word alone."""
         reason = object.__new__(cls)
-        reason._value_, reason.message = word, message
+        reason._value_, reason.message, reason.status = word, message, status
         return reason
 
 
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The result of a cycle: its reason, and the detail of the message."""
+
+    reason: Reason
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return self.reason.message.format(self.detail)
+
+
 class MissionResult(Enum):
-    """What a step of a mission, or all of it, has come to."""
+    """The result of a step of a mission, or of all of it."""
 
     RUNNING = "RUNNING"
     SUCCEEDED = "SUCCEEDED"
     NOT_DETECTED = "NOT_DETECTED"
     """The goal was not seen, or not well enough to dock by."""
     NOT_REACHED = "NOT_REACHED"
-    """There is no way or no plan to where the step is to end, or it cannot be begun from here."""
+    """There is no route or no plan to the end of the step, or it cannot be started from here."""
     BLOCKED = "BLOCKED"
-    """Something stands in the way."""
+    """Something blocks the route."""
     TIMED_OUT = "TIMED_OUT"
     CANCELLED = "CANCELLED"
 
@@ -169,10 +187,10 @@ class GoalOrigin(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalSetpoint:
-    """The goal that the controller makes for.
+    """The goal that the controller drives to.
 
     Attributes:
-        pose: of the rear axle, world frame; one that is detected follows the detections at a bounded rate.
+        pose: of the rear axle, world frame; a detected one follows the detections at a bounded rate.
         source: where it is known from.
     """
 
@@ -220,19 +238,18 @@ class Diagnostics:
         iterations: OSQP iterations of all QPs of this cycle.
         residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
             where there was no QP.
-        iteration_limit: one of them had all the iterations that it may have, and was not solved.
-        retried: the plan was sought once more from a clean start.
+        iteration_limit: one of them was not solved within the allowed iterations.
+        retried: the plan was searched again from a clean start.
         slack: largest corridor slack of the plan [m].
-        cause: why the cycle did what it did; reason: the same in one line for humans, with all remarks.
+        cause: why the cycle did what it did; reason: the same as a sentence, with all remarks.
         aim: the pose that the active part is to end in, world frame.
         goal: what detections say about the goal; None if there never was one.
-        detections: what became of those told in this cycle.
+        detections: judgements on those of this cycle.
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
-        deadline_missed: the configured deadline had passed when it was decided what is driven. What comes
-            after that (the check of a substitute, the gate, this account) is not counted.
-        disturbance: acceleration that is counted on beside what is commanded [m/s²], a slope say; positive to
-            the front.
-        steering_offset: angle by which the wheels are taken to stand to the left of what is measured [rad].
+        deadline_missed: the configured deadline had passed when the plan was chosen; the check of a
+            substitute, the last check, and these diagnostics are not counted.
+        disturbance: estimated acceleration beside the commands [m/s²], a slope say; positive to the front.
+        steering_offset: estimated angle of the wheels to the left of what is measured [rad].
     """
 
     theta: float
@@ -263,15 +280,14 @@ class Diagnostics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionReport:
-    """How a mission goes on.
+    """The state of a mission.
 
     Attributes:
-        step: place of the step that is under way, or was the last one; kind: of it, as in scenario files.
-        attempt: so often that step was tried before.
-        result: of that step alone; a step that succeeded is followed by the next one.
+        step: place of the current step, or of the last one; kind: of it, as in scenario files.
+        attempt: number of earlier attempts of that step; result: of that step alone.
         mission_result: of the whole mission; RUNNING until no step is left. The vehicle may still brake then,
             see `DockingMission.over`.
-        reason: why the step failed, or is tried once more, or "".
+        reason: why the step failed, or is tried again, or "".
     """
 
     step: int
@@ -284,20 +300,19 @@ class MissionReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """What the vehicle is to do until the next step.
+    """What the vehicle shall do until the next step.
 
     Attributes:
-        acceleration: [m/s²], with what it takes against what acts beside it.
+        acceleration: [m/s²], with the disturbance compensated.
         steering_rate: [rad/s].
         speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
-        docked: standing inside the tolerance of the goal that was asked for last.
-        trajectory: the plan that the command belongs to, its accelerations as they have to be commanded and
-            its steering as it will be measured.
+        docked: standing inside the tolerance of the goal that was given last.
+        trajectory: the plan of the command, with accelerations as commanded and steering as measured.
         diagnostics: how it came about.
-        goal: that is made for; None where there is none, or none was accepted.
-        mission: how the mission goes on; None without one.
+        goal: the setpoint; None where there is none, or none was accepted.
+        mission: the state of the mission; None without one.
     """
 
     acceleration: float

@@ -1,4 +1,7 @@
-"""When the vehicle passes from one phase to another: questions about the state and the context of a cycle."""
+"""When the vehicle passes from one phase to another.
+
+The first line of the docstring of a condition is the text of its event.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.obstacles import MOVED, changed
+from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import MOVING_SPEED, STANDSTILL_SPEED, ControllerState, Phase
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
@@ -24,16 +27,16 @@ DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is du
 CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
 GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it failed, looks less often
 
-# -- looked for in every cycle --------------------------------------------------------------------------
+# -- asked in every cycle -------------------------------------------------------------------------------
 
 
 def will_stop_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Braking to rest it will stop outside: the target has moved away."""
+    """It will stop outside the tolerance: the target has moved away."""
     return not s.is_stationary and not context.inside(context.stop_error)
 
 
 def stands_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Standing, it is outside by far, or for a while: noise may show it just there for a moment."""
+    """It stands outside the tolerance, by far or for a while: noise may show it there for a moment."""
     since = s.task.outside_since
     if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
         return False
@@ -47,30 +50,27 @@ def stands_inside(s: ControllerState, context: PlanningContext, config: Controll
 
 
 def stands_well_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It stands inside the tolerance, and noise does not show it outside."""
+    """It stands well inside the tolerance: noise does not show it outside."""
     return s.is_stationary and context.inside(context.standing_error, SETTLE_SHARE)
 
 
 def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It has come to rest, and is not measured outside."""
+    """It has come to rest and is not measured outside the tolerance."""
     return s.is_stationary and s.task.outside_since is None
 
 
 def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It has passed its target, or will, however firmly it brakes, by more than an arrival can come back.
-
-    At rest without a plan it replans at once.
-    """
+    """It has passed its target, or will although it brakes, by more than an arrival can come back."""
     if not (config.arrival and s.task.segment.objective.arrives and context.free):
         return False
     if s.task.phase is Phase.STARTING and s.is_stationary:
-        return False
+        return False  # it replans at once
     left = context.along - context.speed**2 / (2.0 * config.firm_deceleration)
     return left < -PASSED_DISTANCE
 
 
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """The target has moved, however slowly, from where it was when the vehicle stalled, and is not behind."""
+    """The target has moved since the vehicle stalled, and is not behind it."""
     stall = s.task.stall
     if passes_target(s, context, config):
         return False
@@ -79,30 +79,30 @@ def target_moved(s: ControllerState, context: PlanningContext, config: Controlle
     )
 
 
-def obstacles_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """What stands around it has changed since it stalled, and it has stood there for a while."""
+def surroundings_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """The static obstacles have changed since it stalled, and it has stood there for a while."""
     stall = s.task.stall
     if stall is None or not s.vehicle.is_stationary(context.now, GIVE_UP_TIME):
         return False
-    return changed(stall.obstacles, s.area.standing, MOVED)
+    return obstacles_changed(stall.obstacles, s.area.standing, MOVED)
 
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Braking in comfort from here it would stop inside the tolerance."""
+    """Braking in comfort from here, it stops inside the tolerance."""
     stopping = context.speed <= SETTLE_TIME * config.comfort_acceleration
-    share = DUE_SHARE if is_due(s, context) else SETTLE_SHARE
+    share = DUE_SHARE if arrives_now(s, context) else SETTLE_SHARE
     share = 1.0 if overdue(s, context) else share
     return stopping and context.inside(context.stop_error, share)
 
 
 def stuck_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It does not get nearer, and need not: it is inside the tolerance, or before something in the way."""
+    """It gets no nearer, and is inside the tolerance, or at a stop in front of something."""
     enough = not context.free or (s.is_stationary and context.inside(context.error))
     return enough and no_progress(s, context, config)
 
 
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It does not get nearer: its arrival is overdue, or it stands for good, and not for its dwell."""
+    """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
     there = context.free and not context.ends_at_goal and _near(context)
     if there and s.task.segment.dwell > 0.0 and s.is_stationary:
         return False  # it waits for its dwell, near enough to the end of this segment
@@ -110,9 +110,9 @@ def no_progress(s: ControllerState, context: PlanningContext, config: Controller
 
 
 def plan_misses(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Its arrival is due, and the plan ends outside the tolerance: it can only replan."""
+    """Its arrival is due, and its plan ends outside the tolerance."""
     plan = s.plans.driven
-    if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context)):
+    if s.route is None or s.route.fixed or plan is None or not (context.free and arrives_now(s, context)):
         return False
     return not (context.reached_by(plan) or context.inside(context.stop_error))
 
@@ -120,8 +120,8 @@ def plan_misses(s: ControllerState, context: PlanningContext, config: Controller
 # -- others ---------------------------------------------------------------------------------------------
 
 
-def is_due(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the planned arrival is due: it takes its shortest time from here, and has for a moment."""
+def arrives_now(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether the planned arrival is due: it has had its shortest time to go for a moment."""
     since = None if s.task.arrival is None else s.task.arrival.overdue_since
     return since is not None and context.now - since >= DUE_TIME
 

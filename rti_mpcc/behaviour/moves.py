@@ -1,4 +1,4 @@
-"""What is remembered when something happens: functions state -> state, each by a row of the table."""
+"""What changes in the state with an event: functions state -> state."""
 
 from __future__ import annotations
 
@@ -19,33 +19,29 @@ STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad]
 
 
 def plan_found(s: ControllerState) -> ControllerState:
-    """A first plan was found: drive it."""
+    """Drive the first plan that was found."""
     s = transition_on(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
     return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
 
 
 def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
-    """A plan was accepted for driving: nothing holds the vehicle any more. A cruise may lack its arrival."""
+    """A plan was accepted for driving: nothing holds the vehicle any more."""
     task = s.task
     if task.latched or task.looks_past or task.looked_at is not None:
-        looked_at = task.looked_at if task.phase is Phase.CONTOURING else None
+        looked_at = task.looked_at if task.phase is Phase.CONTOURING else None  # of a cruise
         task = replace(task, latched="", looked_at=looked_at, looks_past=False)
     return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
 
 
-# -- stops before what fills the way ----------------------------------------------------------------------
+# -- stops in front of what blocks the route ------------------------------------------------------------
 
 
 def stop_before(
-    s: ControllerState,
-    context: PlanningContext,
-    distance: float,
-    obstacle_changes: int | None,
-    met: str = "",
+    s: ControllerState, context: PlanningContext, distance: float, obstacle_changes: int | None, met: str = ""
 ) -> ControllerState:
-    """Something blocks the route: make for a stop `distance` [m] ahead, or stay where that is near.
+    """Something blocks the route: drive to a stop `distance` [m] ahead, or stay if that is near.
 
-    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    `obstacle_changes`: after which no route past was found; None: there was no time to search one.
     """
     stays = distance <= NEAR_STOP
     stop = PlannedStop(
@@ -63,13 +59,13 @@ def stop_before(
 
 
 def seeking(s: ControllerState, piece: Segment) -> ControllerState:
-    """Look for a first plan to another stop, or along the whole segment; a search for it goes on."""
+    """Search a first plan for another stop, or for the whole segment; a suspended search is kept."""
     after = transition_on(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
     return replace(after, task=after.task.on(piece))
 
 
 def released(s: ControllerState) -> ControllerState:
-    """Make for the segment's own target again, if the vehicle does not drive."""
+    """Drive to the segment's own target again, if the vehicle does not drive."""
     after = transition_on(s, Event.WAY_MAY_BE_FREE)
     return s if after is s else replace(after, task=replace(after.task.on_whole(), looks_past=True))
 
@@ -78,7 +74,7 @@ def released(s: ControllerState) -> ControllerState:
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
-    """The planned goal is that of another dock: what is known of the last one is no longer meant."""
+    """The planned goal is that of another dock: nothing is known of it yet."""
     if s.task.stop is not None:
         s = transition_on(s, Event.GOAL_CHANGED)
         s = replace(s, task=s.task.on_whole())
@@ -98,43 +94,43 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
 
 
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
-    """The planned goal of the same dock is known better; what was detected counts on."""
+    """The planned goal of the same dock is known better; its detections are kept."""
     pose = goal if s.goal.followed is None else s.goal.pose
     return replace(s, goal=replace(s.goal, planned=goal, pose=pose, origin=GoalOrigin.GIVEN))
 
 
 def next_segment(s: ControllerState) -> ControllerState:
-    """Begin the next segment of the manoeuvre."""
+    """Start the next segment of the manoeuvre."""
     return replace(
         transition_on(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
-        task=Task.begun(s.task.on_whole().segments[1:]),
+        task=Task(segments=s.task.on_whole().segments[1:]),
         plans=Plans(),
         begin=None,
     )
 
 
 def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
-    """Stand on this route of no length until another way is planned."""
+    """Stand on this route of no length until a route is planned."""
     assert s.route is not None
     route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
-    s = replace(s, path=path, task=Task.begun(segments), plans=Plans(), route=route, begin=None)
+    s = replace(s, path=path, task=Task(segments=segments), plans=Plans(), route=route, begin=None)
     return transition_on(s, Event.WAY_LOST)
 
 
 def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
-    """Start a manoeuvre that was planned from here; until there is another plan the last one is driven."""
+    """Start a manoeuvre that was planned from here, with the last plan until there is another one."""
     if s.goal.pose is None:
         goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
         s = replace(s, goal=goal)
     plans = Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at) if s.task.drives else Plans()
     s = transition_on(s, Event.WAY_PLANNED)
-    task = Task.begun(manoeuvre.segments)
+    task = Task(segments=manoeuvre.segments)
     return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
-    """After an internal error nothing is kept of the segment's plans, nor, as a copy of it, of its core."""
+    """After an internal error: no plans are kept, nor, as the segment is a copy, its core."""
     s = transition_on(s, Event.MISTAKE)
     active, *later = s.task.on_whole().segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)

@@ -1,125 +1,82 @@
 """The table of transitions, and the two functions that run it.
 
-`transition_by_condition` asks in every cycle for the first row whose condition holds. `transition_on` takes
-the row of an event that other code reports: a plan, an obstacle, the end of a segment. Whoever begins again
-forgets earlier plans.
+`transition_by_condition` asks in every cycle for the first event whose condition holds. `transition_on` takes
+an event that other code reports: a plan, an obstacle, the end of a segment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall, Task
-
-
-class Event(Enum):
-    """What happens to a vehicle on its segment."""
-
-    STOP_ENDS_INSIDE = "braking in comfort it would stop inside the tolerance"
-    AT_REST = "it has come to rest inside the tolerance, or before something in the way"
-    INSIDE = "it stands inside the tolerance already"
-    STUCK_INSIDE = (
-        "it gets no nearer, and need not: it is inside the tolerance, or before something in the way"
-    )
-    MISSES = "it will stop outside the tolerance"
-    OUTSIDE = "it stands outside the tolerance"
-    NO_PROGRESS = "it gets no nearer"
-    TARGET_BEHIND = "its target is behind it, or will be"
-    PLAN_MISSES = "its arrival is due, and its plan ends outside the tolerance"
-    TARGET_MOVED = "the target is elsewhere"
-    OBSTACLES_CHANGED = "what stands around it has changed, and it has stood for a while"
-    CRUISE_FOUND = "a plan along the path was found"
-    ARRIVAL_FOUND = "a plan that arrives was found"
-    ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
-    WAY_FILLED = "something fills the way ahead: a stop before it"
-    STOP_IS_HERE = "that stop is right here: it stays"
-    WAY_MAY_BE_FREE = "what it stopped before has changed, or may be passed from here"
-    STANDS_BLOCKED = "it has stood blocked for a while: it looks again"
-    OVERLAP = "the body overlaps something"
-    PLAN_LOST = "there is no plan that may be driven: it brakes"
-    GOAL_LOST = "it stands before a goal that is not known well enough"
-    GOAL_REJECTED = "it stands, for no goal that was asked for was accepted"
-    GOAL_CHANGED = "the goal of another dock is given, and the stop made for is not meant any more"
-    FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
-    SEGMENT_ENDED = "it stands at a cusp"
-    MISTAKE = "this program went wrong in a cycle"
-    WAY_LOST = "another way is to be planned"
-    WAY_PLANNED = "a way was planned"
-    TOLD_TO_STAND = "it is told to stand"
-    TOLD_TO_GO_ON = "it is told to go on with the segment that it was stopped on"
-
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
-Effect = Callable[[ControllerState, PlanningContext], Task]
-
-
-def _remembers_why(s: ControllerState, context: PlanningContext) -> Task:
-    return replace(s.task, stall=Stall(target=context.target, obstacles=s.area.standing))
-
-
-@dataclass(frozen=True, slots=True)
-class Transition:
-    """A row of the table.
-
-    Attributes:
-        sources: phases in which it is looked for, or reported; event: what happens; to: the next phase.
-        when: how it is looked for in every cycle; None: it is reported.
-        effect: what else changes, of a row that is looked for; of the others whoever reports it sees to that.
-    """
-
-    sources: tuple[Phase, ...]
-    event: Event
-    to: Phase
-    when: Condition | None = None
-    effect: Effect | None = None
-
 
 STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING, WAITING = ANY = tuple(Phase)
 SEEKING = (STARTING, *DRIVING)
-ON_ITS_WAY = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
+ON_ROUTE = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
 
-TRANSITIONS = (
-    # Looked for in every cycle: of the rows of a phase the first one that holds.
-    Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
-    Transition((STARTING, *DRIVING), Event.TARGET_BEHIND, STALLED, conditions.passes_target, _remembers_why),
-    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside),
-    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, _remembers_why),
-    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, _remembers_why),
-    Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
-    Transition((STALLED,), Event.INSIDE, HOLDING, conditions.stands_well_inside),
-    Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
-    Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
-    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest),
-    Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved),
-    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed),
+
+class Event(Enum):
+    """What happens to a vehicle on its segment: a row of the table.
+
+    Attributes:
+        sources: phases in which it counts; to: the phase that follows.
+        when: the condition that is asked for in every cycle; None: other code reports it.
+    """
+
+    # By condition: of the rows of a phase the first one that holds.
+    STOP_ENDS_INSIDE = DRIVING, SETTLING, conditions.stop_ends_inside
+    TARGET_BEHIND = SEEKING, STALLED, conditions.passes_target
+    STUCK_INSIDE = DRIVING, HOLDING, conditions.stuck_inside
+    NO_PROGRESS = DRIVING, STALLED, conditions.no_progress
+    PLAN_MISSES = (ARRIVING,), STALLED, conditions.plan_misses
+    INSIDE = (STARTING,), HOLDING, conditions.stands_inside
+    WELL_INSIDE = (STALLED,), HOLDING, conditions.stands_well_inside
+    MISSES = (SETTLING,), STARTING, conditions.will_stop_outside
+    OUTSIDE = (SETTLING, HOLDING), STARTING, conditions.stands_outside
+    AT_REST = (SETTLING,), HOLDING, conditions.came_to_rest
+    TARGET_MOVED = (STALLED,), STARTING, conditions.target_moved
+    OBSTACLES_CHANGED = (STALLED,), STARTING, conditions.surroundings_changed
     # Reported by the code that finds it.
-    Transition(SEEKING, Event.CRUISE_FOUND, CONTOURING),
-    Transition(SEEKING, Event.ARRIVAL_FOUND, ARRIVING),
-    Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
-    Transition(SEEKING, Event.WAY_FILLED, STARTING),
-    Transition((STARTING,), Event.STOP_IS_HERE, HOLDING),
-    Transition((STARTING, SETTLING, HOLDING), Event.WAY_MAY_BE_FREE, STARTING),
-    Transition(SEEKING, Event.STANDS_BLOCKED, STARTING),
-    Transition((*SEEKING, SETTLING), Event.PLAN_LOST, STARTING),
-    Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
-    Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_REJECTED, STARTING),
-    Transition((*SEEKING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
-    Transition(ON_ITS_WAY, Event.OVERLAP, STARTING),
-    Transition(ON_ITS_WAY, Event.GOAL_CHANGED, STARTING),
-    Transition(ON_ITS_WAY, Event.SEGMENT_ENDED, STARTING),
-    Transition(ON_ITS_WAY, Event.MISTAKE, STARTING),
-    Transition(ANY, Event.WAY_LOST, PLANNING),
-    Transition((*SEEKING, HOLDING, STALLED, PLANNING, WAITING), Event.WAY_PLANNED, STARTING),
-    Transition(ANY, Event.TOLD_TO_STAND, WAITING),
-    Transition((WAITING,), Event.TOLD_TO_GO_ON, STARTING),
-)
-_LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
-_REPORTED = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}
+    CRUISE_FOUND = SEEKING, CONTOURING, "a plan along the path is found"
+    ARRIVAL_FOUND = SEEKING, ARRIVING, "a plan that arrives is found"
+    ANOTHER_SOUGHT = DRIVING, STARTING, "a trial: a plan to another end is searched"
+    WAY_FILLED = SEEKING, STARTING, "something blocks the route: a stop in front of it"
+    STOP_IS_HERE = (STARTING,), HOLDING, "that stop is right here: the vehicle stays"
+    WAY_MAY_BE_FREE = (STARTING, SETTLING, HOLDING), STARTING, "what blocked the route has changed"
+    STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
+    PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
+    GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
+    GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
+    FOUND_ELSEWHERE = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
+    OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
+    GOAL_CHANGED = ON_ROUTE, STARTING, "the goal of another dock is given while the vehicle drives to a stop"
+    SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
+    MISTAKE = ON_ROUTE, STARTING, "an internal error in a cycle"
+    WAY_LOST = ANY, PLANNING, "another route is needed"
+    WAY_PLANNED = (*SEEKING, HOLDING, STALLED, PLANNING, WAITING), STARTING, "a route is planned"
+    TOLD_TO_STAND = ANY, WAITING, "the vehicle is commanded to stand"
+    TOLD_TO_GO_ON = (WAITING,), STARTING, "the vehicle is commanded to resume its segment"
+
+    sources: tuple[Phase, ...]
+    to: Phase
+    when: Condition | None
+
+    def __new__(cls, sources: tuple[Phase, ...], to: Phase, how: Condition | str) -> Event:
+        """The value is the text of the event, or the first line of its condition's docstring."""
+        event = object.__new__(cls)
+        event.sources, event.to, event.when = sources, to, None if isinstance(how, str) else how
+        event._value_ = how if isinstance(how, str) else (how.__doc__ or how.__name__).partition("\n")[0]
+        return event
+
+
+_BY_CONDITION = {p: [(e.when, e.to) for e in Event if e.when and p in e.sources] for p in Phase}
 
 
 def transition_by_condition(
@@ -129,36 +86,29 @@ def transition_by_condition(
     since = conditions.outside_since(s, context)
     if since != s.task.outside_since:
         s = replace(s, task=replace(s.task, outside_since=since))
-    for row in _LOOKED_FOR[s.task.phase]:
-        if row.when is not None and row.when(s, context, config):
-            s = _entering(s, row.to)
-            return s if row.effect is None else replace(s, task=row.effect(s, context))
+    for holds, phase in _BY_CONDITION[s.task.phase]:
+        if holds(s, context, config):
+            s = _entering(s, phase)
+            if phase is STALLED:
+                stall = Stall(target=context.target, obstacles=s.area.standing)
+                s = replace(s, task=replace(s.task, stall=stall))
+            return s
     return s
 
 
 def transition_on(s: ControllerState, event: Event) -> ControllerState:
-    """The state after an event; the same where it changes nothing in this phase."""
-    row = _REPORTED.get((s.task.phase, event))
-    if row is None:
-        return s
-    return _entering(s, row.to)
+    """The state after a reported event; the same where it does not count in this phase."""
+    counts = event.when is None and s.task.phase in event.sources
+    return _entering(s, event.to) if counts else s
 
 
 def _entering(s: ControllerState, phase: Phase) -> ControllerState:
-    """Whoever starts begins the segment again from where the vehicle is, whoever holds is inside."""
-    if phase is STARTING:
-        return _beginning(s)
-    since = None if phase is HOLDING else s.task.outside_since
-    return replace(s, task=replace(s.task, phase=phase, outside_since=since))
-
-
-def _beginning(s: ControllerState) -> ControllerState:
-    """Nothing that was planned on the segment is kept.
-
-    A vehicle that stood at its target, or as commanded, counts as standing from now on.
-    """
+    """A vehicle that starts plans its segment again from where it is; one that holds is inside."""
+    if phase is not STARTING:
+        since = None if phase is HOLDING else s.task.outside_since
+        return replace(s, task=replace(s.task, phase=phase, outside_since=since))
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
-        vehicle = replace(vehicle, standing_since=s.now)
+        vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
     task = replace(s.task, arrival=None, phase=STARTING, outside_since=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

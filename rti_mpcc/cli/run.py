@@ -20,7 +20,7 @@ from rti_mpcc.cli.arguments import (
     writable_folder,
 )
 from rti_mpcc.errors import InputError
-from rti_mpcc.process import prepare_process
+from rti_mpcc.kernels import prepare_process
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_files

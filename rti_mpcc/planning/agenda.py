@@ -1,4 +1,4 @@
-"""What is left of a mission, and how it goes: the part of the state that `rti_mpcc.mission` writes."""
+"""The state of a mission, which `rti_mpcc.mission` writes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rti_mpcc.types import Array, MissionResult
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Due:
-    """A step that is to be done, its place in the mission, and how often it was tried before."""
+    """A step to be done, its place in the mission, and the number of earlier attempts."""
 
     step: AnyStep
     place: int
@@ -24,14 +24,12 @@ class Due:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRecord:
-    """A step that was begun.
+    """A step that was started.
 
     Attributes:
         kind: as in scenario files; place, attempt: as in `Due`.
-        begin, end: on the controller's own clock [s]; None: it is under way.
-        result: what it came to; reason: why, or "".
-        goal: pose that it was to end in, None for one that has none; dock: pose of the dock that this is
-            known by, or None.
+        begin, end: on the controller's own clock [s]; None: it is not over.
+        result, reason: of the step; goal: its pose, or None; dock: pose of the dock of that goal, or None.
     """
 
     kind: str
@@ -47,14 +45,14 @@ class StepRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Berth:
-    """The dock that the vehicle stands at, or makes for.
+    """The dock that the vehicle stands at, or drives to.
 
     Attributes:
-        dock: the step that leads there; place: of that in the mission; pose: of the dock, as far as is known.
-        body_at: where what is docked at was told to stand.
+        dock: the step that leads there; place: of that in the mission; pose: of the dock, as known.
+        body_at: given pose of the docked object.
         reached: whether the vehicle has docked there.
-        came: direction, +1 or -1, in which it came there; 0: not known.
-        joined: it is in contact, or on its way to it: what is docked at is no obstacle any more.
+        came: direction, +1 or -1, in which it arrived; 0: not known.
+        joined: it is in contact, or drives into contact: the docked object is no obstacle any more.
     """
 
     dock: Dock
@@ -67,29 +65,26 @@ class Berth:
 
     @property
     def body(self) -> Array | None:
-        """Outline (k, 2) of what is to be kept clear of there [m], or None."""
+        """Outline (k, 2) of the docked object to keep clear of [m], or None."""
         return None if self.joined or self.body_at is None else self.dock.body_at(self.body_at)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Agenda:
-    """What is left of a mission, and how it goes.
+    """What is left of a mission, and its state.
 
     Attributes:
-        due: the first one is under way once it has begun.
-        begun: when that was [s]; None: not yet.
-        stopping_since: since when one that has to begin at rest waits for that [s], or None.
-        docked_since: since when the vehicle stands where it is to end [s], or None.
-        trouble: what the step comes to if it goes on as it does, or None; trouble_since: since when [s].
-        berth: see there; None: it is at no dock.
-        bodies: outlines (k, 2) of what stands at other docks [m].
+        due: steps left, the current one first; begun: when that was started [s]; None: not yet.
+        stopping_since: since when a step that starts at rest waits for that [s], or None.
+        docked_since: since when the vehicle stands at the end of the step [s], or None.
+        trouble: the result if nothing changes, or None; trouble_since: since when [s].
+        berth: the dock, or None; bodies: outlines (k, 2) of the objects at other docks [m].
         ways_out: ends of an undocking that are still to be tried, the present one first.
         own_goal: that the controller had, or was given last; None: that of its path.
-        told: goal that was told last while there was no use for it, or None.
+        told: goal that was given last without any use for it, or None.
         obstacles: that were given last besides those of the berth, or None.
-        result: of the whole mission.
-        reason: why the last step failed, or is tried once more.
-        log: all steps that were begun.
+        result: of the whole mission; reason: why the last step failed, or is tried again.
+        log: all steps that were started.
     """
 
     due: tuple[Due, ...]
@@ -110,18 +105,18 @@ class Agenda:
 
     @property
     def step(self) -> AnyStep | None:
-        """That is under way, or comes next; None: the mission is over."""
+        """The current one, or the next; None: the mission is over."""
         return self.due[0].step if self.due else None
 
     @property
     def standing(self) -> tuple[Array, ...]:
-        """Outlines (k, 2) of all that stands at docks and is to be kept clear of [m]."""
+        """Outlines (k, 2) of all objects at docks to keep clear of [m]."""
         body = None if self.berth is None else self.berth.body
         return self.bodies if body is None else (*self.bodies, body)
 
     def at(self, berth: Berth | None) -> Agenda:
-        """At another berth, or at none. What stands at the last one goes on standing there, unless it is what
-        is docked at now: two bodies do not overlap."""
+        """At another berth, or at none. The object at the last one stays there, unless it overlaps the one at
+        this one: then it is the same."""
         body = None if berth is None else berth.body
         last = self.berth
         left = None if last is None or last.joined else last.dock.body_at(last.body_at or last.pose)

@@ -1,8 +1,4 @@
-"""The pose that is made for while the goal is known from detections only.
-
-The estimate may jump, by a correction or when a goal has moved:
-the pose that the objective is given follows it at a bounded rate, so that commands don't jump.
-"""
+"""The goal setpoint while detections tell the goal: it follows their estimate at a bounded rate."""
 
 from __future__ import annotations
 
@@ -21,7 +17,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
 
-_SPEED, _TURN_RATE = 3.0, 1.5  # at most so fast the goal setpoint follows the estimate [m/s], [rad/s]
+_SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
 _LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
 _CERTAINTY = 2.0
 """A goal that is LOST may still be docked at while so many standard deviations of its estimate fit the goal
@@ -30,7 +26,7 @@ _STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the 
 
 
 def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimate:
-    """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
+    """With its pose kept for detections of the last `length` [s], which may still arrive."""
     monitor = vehicle.monitor
     if monitor.why or monitor.state is None:
         return vehicle
@@ -38,8 +34,8 @@ def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimat
     return replace(vehicle, poses=vehicle.poses.noted(now, here, length=length))
 
 
-def placed(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
-    """A detection with the pose that the vehicle had at its stamp, where it doesn't bring one."""
+def with_vehicle_pose(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
+    """A detection with the vehicle's pose at its stamp, unless it has one."""
     if measurement.vehicle is not None:
         return measurement
     return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=CLOCK_SKEW))
@@ -53,13 +49,8 @@ def rate_limited_goal(
     config: ControllerConfig,
     fit: GoalFit | None = None,
 ) -> GoalState:
-    """Let the pose made for follow the estimate, the last one that can be the goal; until there is one it is
-    the planned goal.
-
-    Args:
-        end: the path's last pose, what is made for without a planned goal; None: there is none.
-        fit: whether the estimate can be the goal; None: it can.
-    """
+    """With the setpoint moved towards the last estimate that passed its check, `fit`; before the first one it
+    is the planned goal, or the path's `end`."""
     last, pose, followed = known.estimated_at, known.planned, known.followed
     if estimate.pose is None or not (fit and fit.problem):
         followed = estimate.pose
@@ -70,18 +61,18 @@ def rate_limited_goal(
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
-STAYS = ": the last one stays"  # of a goal that is not taken, while another one is made for
-NOT_THE_ONE = "standing at the last goal that was accepted, not at the one asked for"
+STAYS = "; keeping the previous goal"
+NOT_THE_ONE = "standing at the previous goal, as the given goal was rejected"
 
 
-def remarks(goal: GoalState) -> tuple[str, ...]:
-    """What there is to say of the goal told, of the one detected, and of the one made for."""
+def goal_remarks(goal: GoalState) -> tuple[str, ...]:
+    """Remarks on the goal that was given, on the detected one, and on the setpoint."""
     fit, found = goal.estimate_fit, []
     if goal.refusal:
         found.append(goal.refusal + STAYS * goal.accepted)
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
-        found.append(f"goal detected at {where} out of reach, {fit.problem}{STAYS}")
+        found.append(f"goal detected at {where} rejected: {fit.problem}{STAYS}")
     if goal.rejected:
         return tuple(found)
     made_for = goal.fit if goal.followed is None else fit
@@ -98,7 +89,7 @@ def none_accepted(s: ControllerState) -> str:
 
 
 def doubt(s: ControllerState, config: ControllerConfig) -> str:
-    """Why the estimate will not be good enough to dock by if the goal is not seen again, or ""."""
+    """Why the estimate is not good enough to dock by if the goal is not seen again, or ""."""
     estimate, arrival = s.goal.estimate, s.task.arrival
     if s.goal.terms.keep_out and never_seen(s.goal, config):
         return "goal not seen yet, and not certain to be where it is expected"
@@ -122,11 +113,11 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
 
 
 def remark(goal: GoalState) -> str:
-    """What there is to say of a goal that is driven to without being seen, or ""."""
+    """The remark on a goal that is driven to without being seen, or ""."""
     estimate = goal.estimate
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    return f"goal not seen for {estimate.age:.1f} s, going on to where it was"
+    return f"goal not seen for {estimate.age:.1f} s; continuing to its last estimate"
 
 
 def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
@@ -141,7 +132,7 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
 
 
 def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
-    """Whether the goal has to be seen, or detections of it came, and none was accepted."""
+    """Whether the goal has to be seen, or was detected, and no detection was accepted."""
     seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
     elsewhere = goal.estimate_fit is not None and goal.followed is None  # detected where it cannot be
     told = goal.terms.on(config).goal_tracking.required or goal.undetected != "" or elsewhere
@@ -149,7 +140,7 @@ def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
 
 
 def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> str:
-    """Why the last detection was not accepted, while none was; `unfit`: what was given in place of one."""
+    """Why the last detection was rejected, while none was accepted; `unfit`: why an input is no detection."""
     if goal.estimate is not None and goal.estimate.pose is not None:
         return ""
     refused = [each.reason for each in judgements if not each.accepted]
@@ -157,8 +148,7 @@ def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> 
 
 
 def stands_elsewhere(goal: GoalState, here: Pose2, config: ControllerConfig) -> bool:
-    """Whether the goal that was asked for last, or detected last, was refused, and a vehicle that stands
-    `here` is not inside its tolerance."""
+    """Whether the last given or detected goal was rejected, and a vehicle `here` is outside its tolerance."""
     tolerance, fit = goal.terms.on(config).goal_tolerance, goal.estimate_fit
     refused = [goal.given] if goal.refusal else []
     if fit is not None and fit.problem:

@@ -1,30 +1,29 @@
-"""When to begin a planned arrival, and how long it takes.
+"""When to start a planned arrival, and how long it takes.
 
 An arrival at rest of least acceleration energy over the way D from the speed v is a cubic in time. The
 one whose final deceleration is a takes
 
 (T1)  t_go = (-v + sqrt(v² + 6 a D)) / a + a / 2 j,   j the jerk at which it ends.
 
-Along that motion t_go falls exactly by the time passed, so the rule needs no second thought on the way.
-Out of a cruise at v the cubic begins without a step in acceleration at
+Along that motion t_go falls exactly by the time passed. Out of a cruise at v the cubic starts without a step
+in acceleration at
 
 (T2)  D = 4 v² / (3 a).
 
-Where its peak is above what comfort allows on the way, `rti_mpcc.planning.pace`, and that is one speed all
-along, the arrival of least energy has a cubic up to it and one down from it. On each of them, c the speed at
-its vertex,
+Where its peak is above one comfortable speed, `rti_mpcc.planning.pace`, the arrival of least energy has a
+cubic up to that speed and one down from it. On each of them, c the speed at its vertex,
 
 (T3)  |dv/dt| = a sqrt(1 - v / c).
 
-Where the speed allowed changes on the way, (T3) with c(theta) the lower of the pace and the peak of (T1) is
-driven forwards from the present speed and backwards from rest. That keeps to both, if not with the least
-energy, and is (T1) where the pace is nowhere below that peak.
+Where the comfortable speed changes, (T3) with c(theta) the lower of the pace and the peak of (T1) is driven
+forwards from the present speed and backwards from rest: not the least energy, but (T1) where the pace is
+nowhere below that peak.
 
 That is a smooth ride. A brisk one takes the least time with the acceleration a and the jerk j,
 
 (T6)  t_go = (2 V - v) / a + a / j,   V² = a D + v² / 2,   |dv/dt| = a below the pace:
 
-the acceleration takes a / j to come to its value and to leave it, at either end of the way for a half.
+the acceleration takes a / j to rise and to fall, half of it at either end of the motion.
 """
 
 from __future__ import annotations
@@ -86,11 +85,14 @@ def time_to_go(
     """
     distance = max(distance, 1e-6)
     a = _deceleration(distance, speed, comfort)
-    ramp = comfort / jerk if brisk else 0.5 * comfort / jerk
-    free = (_least_time if brisk else _free_time)(distance, speed, a)
+    if brisk:
+        ramp, peak = comfort / jerk, _highest_speed(distance, speed, a)
+        free = (2.0 * peak - speed) / a
+    else:
+        ramp, free = 0.5 * comfort / jerk, _free_time(distance, speed, a)
+        peak = _vertex_speed(distance, speed, free)
     if free + ramp <= least:
         return least
-    peak = _highest_speed(distance, speed, a) if brisk else _vertex_speed(distance, speed, free)
     if highest is None or float(highest.min()) >= peak:
         return free + ramp
     paced = _paced(distance, speed, a, np.minimum(highest, peak), brisk)[0]
@@ -151,8 +153,8 @@ def _vertex_speed(distance: float, speed: float, duration: float) -> float:
 def within_reach(distance: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
     """Whether the planned arrival should start: near enough; and slow, or due by (T2) or distance.
 
-    Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
-    distance takes longer, but its stages are as short in metres. `distance` [m] counts from `theta` [m].
+    Near is what is reached at the default comfort within the arrival horizon; a gentler arrival takes longer,
+    but its stages are as short in metres. `distance` [m] counts from `theta` [m].
     """
     comfort = config.arrival_acceleration
     duration, brisk = arrival_time(distance, speed, config), config.ride == "brisk"
@@ -179,11 +181,6 @@ def _deceleration(distance: float, speed: float, comfort: float) -> float:
 def _free_time(distance: float, speed: float, acceleration: float) -> float:
     """Duration [s] by (T1)."""
     return (-speed + sqrt(speed**2 + 6.0 * acceleration * distance)) / acceleration
-
-
-def _least_time(distance: float, speed: float, acceleration: float) -> float:
-    """Duration [s] by (T6) without its ramps."""
-    return (2.0 * _highest_speed(distance, speed, acceleration) - speed) / acceleration
 
 
 def _highest_speed(distance: float, speed: float, acceleration: float) -> float:

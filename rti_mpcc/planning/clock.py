@@ -1,8 +1,7 @@
-"""All that time decides in a cycle, asked for in one place, so that it can be recorded and played back.
+"""All decisions of a cycle that depend on time, in one place, so that they can be recorded and played back.
 
-Three questions depend on how long something took: whether another iteration may begin, when a QP is stopped
-before it is solved, and whether the plan came too late. A `CycleClock` answers them by the wall clock and
-keeps its answers; a `PlayedBack` gives kept answers again, whatever the time is.
+There are three: whether another iteration may begin, when a QP is stopped before it is solved, and whether
+the plan came too late. A `CycleClock` decides by the wall clock and keeps its decisions.
 """
 
 from __future__ import annotations
@@ -63,15 +62,13 @@ class CycleClock:
         return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=bool(self._late))
 
     def grants(self, least: float = 0.0) -> bool:
-        """Whether an iteration may begin: there is time for one as long as the longest of this cycle, and for
-        `least` [s]."""
+        """Whether there is time for an iteration as long as the longest of this cycle, and `least` [s]."""
         now = perf_counter()
         if self._granted:
             self._longest = max(self._longest, now - self._asked)
         self._asked = now
-        granted = self._grants(self.left > max(self._longest, least))
-        self._granted.append(granted)
-        return granted
+        self._granted.append(self.left > max(self._longest, least))
+        return self._granted[-1]
 
     def ends(self) -> Ends:
         """For the next QP: what ends it after so many iterations, "" if it may go on."""
@@ -98,9 +95,6 @@ class CycleClock:
             self._late = self._passed(self._deadline is not None and self.seconds > self._deadline)
         return self._late
 
-    def _grants(self, granted: bool) -> bool:
-        return granted
-
     def _passed(self, passed: bool) -> bool:
         return passed
 
@@ -117,9 +111,11 @@ class PlayedBack(CycleClock):
         place = len(self._stops)
         return self._played.stops[place] if place < len(self._played.stops) else None
 
-    def _grants(self, granted: bool) -> bool:
+    def grants(self, least: float = 0.0) -> bool:
+        """Whether an iteration could begin when it was recorded."""
         place = len(self._granted)
-        return place < len(self._played.granted) and self._played.granted[place]
+        self._granted.append(place < len(self._played.granted) and self._played.granted[place])
+        return self._granted[-1]
 
     def _passed(self, passed: bool) -> bool:
         return self._played.late

@@ -14,24 +14,21 @@ from rti_mpcc.types import Array, Trajectory
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningContext:
-    """Where the vehicle will be when the command of this cycle begins to act.
+    """Where the vehicle will be when the command of this cycle starts to act.
 
     Attributes:
         now, begin: [s]; begin = now + dead time.
         state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
-        acceleration: that acts until then [m/s²].
-        measured_speed: at `now` [m/s], as far as it is believed.
+        acceleration: that acts until then [m/s²]; measured_speed: estimate at `now` [m/s].
         doubt: why nothing can be planned from this state, or "".
-        target: what the vehicle is to end in: what the segment is, or a stop on it.
-        direction: of the segment.
-        ends_at_goal: whether the segment ends at the goal.
-        along: way left to the target [m], negative where that was passed; distance: with the way across to
-            it, never negative, see `sensing.way_left`.
-        speed: in the direction of the target [m/s]; pace: of the segment.
-        free: whether the target is the segment's own, not a stop before something in the way.
+        target: of the segment, or a stop on it; free: it is the segment's own.
+        direction: of the segment; ends_at_goal: whether it ends at the goal; pace: its speed limits.
+        along: distance to the target along the path [m], negative where that was passed; distance: with the
+            distance across, never negative, see `sensing.distance_left`.
+        speed: towards the target [m/s].
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
-        standing_error: the same; of a vehicle that stands the mean of the last moments: noise moves it less.
-        stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
+        standing_error: the same, at rest averaged over the last moments.
+        stop_error: the same after braking at the comfort acceleration from now on.
         tolerance: (longitudinal, lateral, heading) of the target.
         half_turn: length of the tightest half circle that the vehicle can drive [m].
     """
@@ -62,11 +59,8 @@ class PlanningContext:
         return -copysign(self.acceleration, self.acceleration * float(self.state[V]))
 
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
-        """Whether a vehicle with this `error` is within `share` of the tolerance, with its way driven.
-
-        A way that comes back to where it was has turned right round; half of that is still to be driven by a
-        vehicle that stands at its begin.
-        """
+        """Whether `error` lies within `share` of the tolerance, and the path is driven: at the start of one
+        that comes back, more than half a turn is left."""
         return self.along < self.half_turn and self.within(error, share)
 
     def within(self, error: Pose2, share: float = 1.0) -> bool:
@@ -74,11 +68,13 @@ class PlanningContext:
         return error.within(self.tolerance, share)
 
     def missed_by(self, plan: Trajectory, clip: tuple[float, float]) -> bool:
-        """Whether a plan ends farther from the target than `clip` [m], [rad], what a cycle's pull counts."""
-        error = Pose2(*plan.states[-1, [X, Y, PHI]].tolist()).relative_to(self.target.pose)
+        """Whether a plan ends farther from the target than `clip` [m], [rad]."""
+        error = self._end_error(plan)
         return hypot(error.x, error.y) > clip[0] or abs(error.phi) > clip[1]
 
     def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
         """Whether a plan ends within `share` of the tolerance."""
-        end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
-        return self.within(end.relative_to(self.target.pose), share)
+        return self.within(self._end_error(plan), share)
+
+    def _end_error(self, plan: Trajectory) -> Pose2:
+        return Pose2(*plan.states[-1, [X, Y, PHI]].tolist()).relative_to(self.target.pose)

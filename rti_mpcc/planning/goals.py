@@ -36,13 +36,10 @@ class GoalFit:
     """Whether a pose can be the goal.
 
     Attributes:
-        pose: the one looked at.
-        problem: why it cannot be, or "".
-        remark: what there is to say of it although it can, or "".
-        room: clearance of the body there [m]; negative: so deep it crosses something; NaN: not looked at.
-        excess: so far the body has to move, at least, until that is otherwise [m]; 0: not known.
-        beside: the path's pose nearest to it.
-        changes: number of obstacle changes known then.
+        pose: that was checked; problem: why it cannot be the goal, or ""; remark: on one that can, or "".
+        room: clearance of the body there [m], negative in an overlap; NaN: not checked.
+        excess: distance [m] that the body has to move, at least, to change the answer; 0: not known.
+        beside: the path's pose nearest to it; changes: number of obstacle changes known then.
     """
 
     pose: Pose2
@@ -54,24 +51,18 @@ class GoalFit:
     changes: int = 0
 
 
-def checked(
-    goal: Pose2,
-    path: ReferencePath,
-    corridor: Corridor,
-    vehicle: Vehicle,
-    *,
-    margin: float = 0.0,
+def checked_goal(
+    goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle, *, margin: float = 0.0
 ) -> GoalFit:
     """The exact check; less room than `margin` [m] is remarked. In an area a goal may be anywhere."""
     if corridor.area is not None:
         if not _in_box(goal, corridor.area):
-            return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
-        room = _room(goal, path, corridor, vehicle)
-        problem = f"the body there {_crossing(room)}" if room < 0.0 else ""
-        hint = degrees_hint("goal heading", goal.phi)
-        excess, remark = max(-room, 0.0), "" if problem else _joined(_tight(room, margin), hint)
-        problem = _joined(problem, hint) if problem else ""
-        return GoalFit(pose=goal, problem=problem, remark=remark, room=room, excess=excess, beside=goal)
+            return GoalFit(pose=goal, problem="outside the boundary of the area", beside=goal)
+        room, hint = _room(goal, path, corridor, vehicle), degrees_hint("goal heading", goal.phi)
+        if room < 0.0:
+            problem = _joined(f"the body there {_crossing(room)}", hint)
+            return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=goal)
+        return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=goal)
     part = path.parts[-1]
     beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part)
     problem, excess = _misplaced(goal, beside, vehicle)
@@ -87,10 +78,9 @@ def checked(
 
 
 def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
-    """The goal to plan for, of one that came after `before`, while one was `planned`.
+    """The goal to plan for, where `came` was given after `before` and `planned` is the present one.
 
-    A goal that is given in each cycle, with noise, is the mean of the last moments. One that came twice, or
-    has jumped, is taken as it is.
+    A noisy goal, given in each cycle, is averaged; one given twice, or one that has jumped, is not.
     """
     if planned is None or came in (before, planned):
         return came
@@ -108,15 +98,15 @@ def checked_again(
     surroundings: Surroundings,
     config: ControllerConfig,
 ) -> GoalFit:
-    """The check of a cycle, as far as the `last` one does not answer it.
+    """The check of a cycle, unless the `last` one still holds.
 
-    Obstacles that came onto a goal that stays do not count: the vehicle waits before them. A goal that was
-    refused because of an obstacle is free again once that has gone.
+    A new obstacle on a goal that stays does not count: the vehicle waits in front of it. A goal rejected
+    because of an obstacle is free again once the obstacle has gone.
     """
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
     corridor, margin = surroundings.corridor, config.clearance.wanted
-    fit = checked(goal, path, corridor, config.vehicle, margin=margin)
+    fit = checked_goal(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
 
@@ -139,11 +129,9 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
     """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
     room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
-    remark = (
-        f"the body at the path's end {_crossing(room)}"
-        if room < 0.0
-        else _tight(room, config.clearance.wanted)
-    )
+    remark = _tight(room, config.clearance.wanted)
+    if room < 0.0:
+        remark = f"the body at the path's end {_crossing(room)}"
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
@@ -158,19 +146,16 @@ def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
     read = replace(pose, phi=radians(pose.phi))
     off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
     refused = off > GOAL_TURN and in_degrees <= IN_DEGREES
-    if refused or (off > ODD and in_degrees <= SURELY_IN_DEGREES):
-        return hint
-    return ""
+    return hint if refused or (off > ODD and in_degrees <= SURELY_IN_DEGREES) else ""
 
 
 def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
     """Why a goal is out of reach of the path, whatever stands there, or "", and how far beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
     if distance > GOAL_REACH:
-        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
-        return said, distance - GOAL_REACH
+        return f"{distance:.4g} m from the path's end (at most {GOAL_REACH:g} m)", distance - GOAL_REACH
     if turn > GOAL_TURN:
-        said = f"turned by {turn:.4g} rad from the path beside it, at most {GOAL_TURN:.4g} rad"
+        said = f"turned by {turn:.4g} rad from the path (at most {GOAL_TURN:.4g} rad)"
         return said, (turn - GOAL_TURN) * _arm(vehicle)
     return "", 0.0
 
@@ -227,15 +212,14 @@ Outline = tuple[tuple[float, float], ...]  # corners x, y [m], of a value that c
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalTerms:
-    """What is asked of a goal, where that is not what the settings say.
+    """What is asked of one goal in place of the settings.
 
     Attributes:
         tolerance: longitudinal [m], lateral [m], heading [rad]; None: `ControllerConfig.goal_tolerance`.
-        detected: whether the vehicle has docked only where the goal was seen; None: `GoalTracking.required`.
-        approach: length [m] and direction, +1 or -1, of the straight last piece of a planned way; None:
+        detected: whether the goal has to be seen to be docked at; None: `GoalTracking.required`.
+        approach: length [m] and direction, +1 or -1, of the straight end of a planned route; None:
             `RoutePlanner.final_straight`.
-        keep_out: outlines [m] that a planned way keeps out of before that piece, until the goal has
-            been detected.
+        keep_out: outlines [m] to keep out of before the straight end, until the goal is detected.
     """
 
     tolerance: tuple[float, float, float] | None = None
@@ -249,14 +233,11 @@ class GoalTerms:
         if self.tolerance is not None:
             changes["goal_tolerance"] = self.tolerance
         if self.detected is not None:
-            tracking = config.goal_tracking
-            changes["goal_tracking"] = replaced(tracking, required=self.detected)
+            changes["goal_tracking"] = replaced(config.goal_tracking, required=self.detected)
         if self.approach is not None:
             length, direction = self.approach
-            straight = {"final_straight": length, "final_direction": direction}
-            changes["route"] = replaced(config.route, **straight)
+            changes["route"] = replaced(config.route, final_straight=length, final_direction=direction)
         return replaced(config, **changes) if changes else config
 
 
 NO_TERMS = GoalTerms()
-"""What the settings say."""

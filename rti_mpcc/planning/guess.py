@@ -52,12 +52,7 @@ def arrival_guess(
 
 
 def cruise_guess(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    times: Array,
-    pace: Pace,
-    config: ControllerConfig,
+    part: PathPart, target: Target, state: Array, times: Array, pace: Pace, config: ControllerConfig
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
@@ -100,7 +95,7 @@ def along_path(
     """The trajectory that has driven `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
     The vehicle's offset fades out over the first metres, the target's fades in over the last, as cubics whose
-    slope is the heading. The guess need not obey the dynamics; the first iterations see to that.
+    slope is the heading. The guess need not obey the dynamics.
     """
     lead = _lead_in(part, target, state, times, rate, config)
     led = len(lead) - 1
@@ -109,11 +104,6 @@ def along_path(
     states = _faded(part, target, state, s, rate, config)
     if led:
         states = np.vstack([lead[:-1], states])
-    return _with_controls(times, states, config)
-
-
-def _with_controls(times: Array, states: Array, config: ControllerConfig) -> Trajectory:
-    """States (N+1, 6) at `times` (N+1,) with the controls that lead from one to the next, within limits."""
     limits, controls = config.limits, np.empty((len(times) - 1, CONTROLS))
     _lead_on(times, states, limits.acceleration, limits.steering_rate, controls)
     return Trajectory(times=times, states=states, controls=controls)
@@ -131,12 +121,7 @@ def _lead_on(times: Array1, states: Array2, most_a: float, most_rate: float, con
 
 
 def _faded(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    s: Array,
-    rate: Array,
-    config: ControllerConfig,
+    part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
 ) -> Array:
     """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
     theta = state[THETA] + s
@@ -164,8 +149,7 @@ def _lead_in(
 ) -> Array:
     """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
 
-    A vehicle whose steering is turned away leaves the fade before it can follow; a linearisation about such a
-    fade says nothing. Where the time is up before, the last stage is left to the fade.
+    Else the vehicle leaves the fade before it can follow, and a linearisation about it is worth nothing.
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
     led: list[tuple[float, ...]] = [tuple(state.tolist())]

@@ -1,11 +1,10 @@
 """Obstacles from cycle to cycle: which of them move, and how fast.
 
-An obstacle is given as a polygon, without a name. One of this cycle is taken to be the one of the last cycle
-whose middle is nearest, if it can have come from there. How fast it moves is what its middle has done over
-the last moments. The plan goes round obstacles that stand; one that moves is waited for.
+An obstacle is given as a polygon, without a name. It is matched with the obstacle of the last cycle whose
+middle is nearest, if it can have come from there; its velocity is that of its middle over the last moments.
 
-A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`. So
-another order of obstacles or corners, rounding, and noise of a centimetre change nothing.
+A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`: another
+order of obstacles or corners, rounding, and noise of a centimetre change nothing.
 """
 
 from __future__ import annotations
@@ -57,11 +56,11 @@ class Obstacle:
 
     @property
     def settled(self) -> bool:
-        """Whether it would be the same if it were told once more at its place."""
+        """Whether it stays the same if it is given again at its place."""
         return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
 
     def seen_as(self, new: Obstacle, now: float, last: float) -> Obstacle:
-        """This obstacle, told at `now` [s] as `new`; it was where it is known to be until `last` [s]."""
+        """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
         place = new.seen[-1][1:]
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
         known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
@@ -107,14 +106,9 @@ def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
 
 
 def observed(
-    known: tuple[Obstacle, ...],
-    outlines: Sequence[ArrayLike],
-    now: float,
-    last: float,
+    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
 ) -> tuple[Obstacle, ...]:
-    """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
-
-    The same tuple where nothing is new.
+    """The obstacles given at `now` [s], by those `known`, given at `last`; the same tuple if nothing is new.
 
     Raises:
         CorridorError: one that is no simple polygon.
@@ -139,11 +133,11 @@ def observed(
 
 
 def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool:
-    """Whether no point of the one is farther than `most` [m] from the other, and the other way round."""
+    """Whether no point of either is farther than `most` [m] from the other."""
     return bool(shapely.hausdorff_distance(one, other) <= most)
 
 
-def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
+def obstacles_changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
     """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
     one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
     if one.is_empty or other.is_empty:
@@ -154,10 +148,8 @@ def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -
 def _match(
     obstacle: Obstacle, known: Sequence[Obstacle], middles: Array, left: Index, farthest: float
 ) -> int | None:
-    """Which one of those `left` of the known ones, with these middles (k, 2), this can be; None: none.
-
-    The nearest one; of several at the same place the one with the most similar outline.
-    """
+    """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
+    several at the same place the most similar one."""
     apart = np.hypot(*(middles[left] - obstacle.seen[-1][1:]).T)
     if not apart.size or apart.min() > farthest:
         return None

@@ -1,14 +1,12 @@
-"""What the measured state is worth: the state that is believed, and why the measured one is not.
+"""The estimate of the vehicle's state, and why the measurement is doubted.
 
-Every cycle the state believed last is rolled forward by the commands under way and set against the
-measurement, which is believed as far as it is no noise (`estimation.vehicle_filter`). Doubted is a
-measurement that cannot be (not finite, no vehicle's), that has not changed although the vehicle must have
-moved, or that is farther off than the vehicle can be. What is believed is then reckoned from the commands.
-It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set down elsewhere,
-once it has agreed with itself for `CONFIRMATION` while the vehicle stands. A steering that
-moves otherwise than commanded is found out in the same way, and is given as much time. A measurement that
-stays the same to the last bit may be an old one, or that of a vehicle that cannot move, told in round
-numbers: once the vehicle must stand, it is tried again, but not for ever.
+Every cycle the last estimate is predicted by the commands and compared with the measurement, which is
+filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state of a vehicle, has not
+changed although the vehicle must have moved, or is farther off than the vehicle can be. The estimate is then
+dead-reckoned from the commands. The measurement is trusted again once it agrees with the estimate, or, as the
+vehicle may have been relocated, once it agrees with itself for `CONFIRMATION` while the vehicle stands. A
+steering that moves otherwise than commanded is doubted in the same way. A measurement that never changes may
+be that of a vehicle that cannot move: once the vehicle must stand, it is tried again, `FROZEN_TRIES` times.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
+from rti_mpcc.model.layout import DELTA, STATES, THETA, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
 FROZEN_DISTANCE = 0.2  # [m] that the vehicle must have moved for an unchanged measurement to be an old one
@@ -47,22 +45,21 @@ SPEED_SHARE = 3.0  # times the speed limit: no speed is beyond that
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StateMonitor:
-    """What is believed at the time `at` [s], and why the measurement is not.
+    """The estimate at the time `at` [s], and why the measurement is doubted.
 
     Attributes:
-        state: (6,) believed, progress 0; None before the first measurement that can be one.
-        measured: (6,) the last measurement, whatever it was; None before the first.
-        reckoned: (6,) where the commands have brought the vehicle since `measured` last changed.
-        steering_gap: by how much the steering has lately moved otherwise than commanded [rad].
-        why: what is wrong, or ""; since: for how long [s].
-        steering_fault: it is the steering that cannot be relied on, not the measurement.
-        agrees_since: since when doubted measurements agree with one another while the vehicle stands [s], or
-            None.
-        found: the vehicle was just found elsewhere than it was believed to be.
-        odd_since: since when measurements contradict one another [s], or None.
+        state: (6,) the estimate, progress 0; None before the first usable measurement.
+        measured: (6,) the last measurement, usable or not; None before the first.
+        reckoned: (6,) dead-reckoned since `measured` last changed.
+        steering_gap: error of the steering against its commands of the last moments [rad].
+        why: what is wrong, or ""; since: from when on [s].
+        steering_fault: the steering is doubted, not the measurement.
+        agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
+        found: the vehicle was just relocalised.
+        odd_since: when measurements began to contradict one another [s], or None.
         gap: there was no usable measurement since a time without cycles.
-        tries: so often a frozen measurement was trusted once more since it last changed.
-        noise: what is known of that of the measurements.
+        tries: number of times that a frozen measurement was trusted again since it last changed.
+        noise: of the measurements.
     """
 
     at: float = 0.0
@@ -81,14 +78,11 @@ class StateMonitor:
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
-        """The measurement (6,) as far as it may hold a command back, NaN where not; None without any.
-
-        Measurements that contradict one another for long must not keep a moving vehicle from braking.
-        """
+        """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
+        contradictory measurements would keep a moving vehicle from braking."""
         if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
-        checks = config.plausibility
-        if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= checks.blind:
+        if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= config.plausibility.blind:
             return self.measured
         heeded = self.measured.copy()
         heeded[V] = np.nan
@@ -110,10 +104,8 @@ def validate_measurement(
     disturbance: Disturbance = UNDISTURBED,
 ) -> StateMonitor:
     """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
-    measured = _array(given)
-    problem = _unfit(measured, config)
-    if problem:
-        problem = _no_state(given) or problem
+    measured, unreadable = _read(given)
+    problem = unreadable or _unfit(measured, config)
     seconds = now - last.at
     anew = last.gap or seconds > LONGEST_GAP
     if last.state is None or last.measured is None or last.reckoned is None or anew:
@@ -186,12 +178,10 @@ def _first(
 ) -> StateMonitor:
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
-        found = last.state is not None
-        noise = last.noise.broken()
+        found, noise = last.state is not None, last.noise.broken()
         return StateMonitor(
             at=now, state=measured, measured=measured, reckoned=measured, found=found, noise=noise
         )
-    since = last.since if last.why else now
     state = last.state
     if state is not None:
         until = min(now, last.at + LONGEST_GAP)
@@ -203,7 +193,7 @@ def _first(
         measured=measured,
         why=problem,
         steering_fault=False,
-        since=since,
+        since=last.since if last.why else now,
         agrees_since=None,
         odd_since=now if last.odd_since is None else last.odd_since,
         found=False,
@@ -211,24 +201,19 @@ def _first(
     )
 
 
-def _array(state: VehicleState) -> Array:
-    try:
-        return np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0], dtype=np.float64)
-    except (AttributeError, TypeError, ValueError, OverflowError):
-        return np.full(STATES, np.nan)
-
-
-def _no_state(given: VehicleState) -> str:
-    """Why this cannot even be read as a state, or ""."""
-    for name in ("x", "y", "phi", "v", "delta"):
+def _read(given: VehicleState) -> tuple[Array, str]:
+    """The given state (6,), and why it cannot be read, or ""."""
+    state = np.full(STATES, np.nan)
+    state[THETA] = 0.0
+    for k, name in enumerate(("x", "y", "phi", "v", "delta")):
         if not hasattr(given, name):
-            kind = "None" if given is None else f"a {type(given).__name__}"
-            return f"state is no VehicleState but {kind}"
+            got = "None" if given is None else type(given).__name__
+            return np.full(STATES, np.nan), f"expected VehicleState, got {got}"
         try:
-            float(getattr(given, name))
+            state[k] = float(getattr(given, name))
         except (TypeError, ValueError, OverflowError):
-            return f"state.{name} is no number but {getattr(given, name)!r:.40}"
-    return ""
+            return np.full(STATES, np.nan), f"state.{name} is not a number: {getattr(given, name)!r:.40}"
+    return state, ""
 
 
 def by_commands(
@@ -268,7 +253,7 @@ def _frozen(measured: Array, reckoned: Array) -> str:
     distance = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
     if distance <= FROZEN_DISTANCE and abs(float(measured[V] - reckoned[V])) <= FROZEN_SPEED:
         return ""
-    return f"the measured state does not change, by its commands the vehicle is {distance:.2f} m further"
+    return f"the measured state does not change, but by its commands the vehicle has moved {distance:.2f} m"
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:

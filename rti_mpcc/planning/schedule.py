@@ -30,10 +30,10 @@ SOON = 1.0  # [s] within which a plan that drives on does so
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """Choose between contouring and a planned arrival, for a vehicle about to start one.
+    """Choose between contouring and a planned arrival.
 
-    A search that ran out of time is resumed unless the target has moved. At rest its plan just starts later;
-    on the move an arrival that is far too short gets the time that it takes.
+    A suspended search is resumed unless the target has moved. At rest its plan just starts later; on the move
+    an arrival that is far too short gets the time that it takes.
     """
     begun, pose = s.plans.suspended, context.target.pose
     if begun is not None and apart(begun.target.pose, pose) <= TARGET_MOVED:
@@ -53,7 +53,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
 
 
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
+    """Let the time to the arrival fall to its least value; a target that has moved is a new arrival.
 
     After a halt or lost cycles, or held up, it gets the time that its route takes; else `_followed`.
     """
@@ -110,7 +110,7 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
 
 
 def _held_up(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether a vehicle far from its target stands although its plan drives on: it is held from outside."""
+    """Whether a vehicle far from its target stands although its plan drives: it is held from outside."""
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
@@ -148,11 +148,8 @@ def _duration(context: PlanningContext, config: ControllerConfig, *, calm: bool 
 def _followed(
     at: float, plan: Trajectory | None, context: PlanningContext, config: ControllerConfig
 ) -> float:
-    """The time of an arrival [s] that was planned for `at`, after a cycle of the plan that is driven.
-
-    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Slow for its route, or near
-    its target, a vehicle may not get on at all: its arrival keeps its time, and is overdue some time.
-    """
+    """The time of an arrival [s] that was planned for `at`, after a cycle of the driven plan: only its rate,
+    `_change`, has steps. A slow vehicle, or one near its target, keeps the time, which becomes overdue."""
     distance = context.distance
     if plan is None or distance <= LATE_REACH:
         return at
@@ -165,11 +162,11 @@ def _followed(
 
 
 def _change(left: float, plan: Trajectory, context: PlanningContext, config: ControllerConfig) -> float:
-    """So many seconds later each second is an arrival to be that has `left` [s] to go, (T5).
+    """Rate of change of the time of an arrival that has `left` [s] to go, (T5).
 
-    With f of `pressed`, later where f > 1. Sooner where f is below `slack`, and more time is left than the
-    way takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more where its
-    plan misses the target for want of time, but no more than a smooth one takes.
+    With f of `pressed`, later if f > 1; sooner if f < `SLACK` and more time is left than the route takes by
+    that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more if its plan misses the
+    target, but no more than a smooth one.
     """
     factor = pressed(plan, config)
     if factor > 1.0 + HURRY_FROM:

@@ -50,9 +50,9 @@ class SqpResult:
     Attributes:
         solutions: in order; none if there was no time for any.
         problem: why the last one must not be driven, or "".
-        corridor_infeasible: it goes through something that stands in the way, or ends before it.
-        out_of_time: the time was up before the iterations came to an end.
-        retried: the last ones began from a clean start, after others had failed.
+        corridor_infeasible: it goes through a static obstacle or boundary, or ends in front of it.
+        out_of_time: the time was up before the iterations ended.
+        retried: the last ones started clean, after others had failed.
     """
 
     solutions: tuple[Solution, ...]
@@ -68,7 +68,7 @@ class SqpResult:
 
     @property
     def fits(self) -> bool:
-        """Whether the last iterate may be driven, as far as its QP tells, and goes past everything."""
+        """Whether the last iterate may be driven by its QP, and goes past everything."""
         return not (self.problem or self.corridor_infeasible)
 
     @property
@@ -77,7 +77,7 @@ class SqpResult:
         return self.solutions[-1].trajectory
 
     def then(self, other: SqpResult) -> SqpResult:
-        """Both, one after the other: what counts is the second, unless there was no time for it."""
+        """Both in order: the second counts, unless there was no time for it."""
         if not other.solutions:
             return self
         return replace(other, solutions=(*self.solutions, *other.solutions))
@@ -88,14 +88,14 @@ class InitialIterate:
     """Where a search begins.
 
     Attributes:
-        last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
-        iterate: how far the first QP had come in an earlier cycle.
-        least: so many iterations at least; settled: or until one of them moves the plan by less than this for
-            each second ahead [m/s]; most: at most.
-        first: for the first plan of an objective, which must not go through what stands in the way.
+        last: the solution to resume; guess: or a trajectory to start clean from.
+        iterate: of the first QP, from an earlier cycle.
+        least, most: numbers of iterations; settled: fewer than `least` if one of them moves the plan by less
+            than this for each second ahead [m/s].
+        first: for the first plan of an objective, which must not go through anything static.
         reaching: until it ends within the tolerance of its target.
         damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
-        unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
+        unsolved: number of QPs that may remain unsolved.
     """
 
     last: Solution | None = None
@@ -113,15 +113,13 @@ class InitialIterate:
 
 
 def going_on(solution: Solution | None) -> InitialIterate:
-    """One iteration a cycle, more while there is a problem. What a first guess is damped by fades."""
-    damping = DAMPING
-    if solution is not None:
-        damping = max(damping, DAMPING_SHARE * solution.damping)
+    """One iteration a cycle, more while there is a problem. The damping of a first guess fades."""
+    damping = DAMPING if solution is None else max(DAMPING, DAMPING_SHARE * solution.damping)
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
 
 def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
-    """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
+    """Again from the last valid plan, with nothing kept of the solver's results since."""
     return replace(going_on(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
 
 
@@ -141,13 +139,13 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
 
 
 def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
-    """As many iterations more, for a plan that has not come to its end far ahead."""
+    """As many iterations again, for a plan that has not converged far ahead."""
     begun = from_guess(attempt.plan, config)
     return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
 
 
 def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
-    """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
+    """The first plan of an objective, resumed; `guess`: for a search without a solution."""
     begun, done = from_guess(guess, config), search.iterations
     return replace(
         begun,
@@ -161,13 +159,9 @@ def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig
 
 
 def converge(
-    mpcc: RtiMpcc,
-    s: ControllerState,
-    context: PlanningContext,
-    start: InitialIterate,
-    clock: CycleClock,
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
 ) -> SqpResult:
-    """Iterate until the last iterate can be driven, in so far as there is time."""
+    """Iterate until the last iterate can be driven, or the time is up."""
     solutions: list[Solution] = []
     problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
     last, guess = start.last, start.guess
@@ -211,16 +205,11 @@ def _settled(solutions: Sequence[Solution], speed: float) -> bool:
 
 
 def _was_cut(solution: Solution) -> bool:
-    """Whether time ended its QP."""
     return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
 
 
 def _iterate(
-    mpcc: RtiMpcc,
-    s: ControllerState,
-    context: PlanningContext,
-    start: InitialIterate,
-    clock: CycleClock,
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
 ) -> Solution:
     """One real-time iteration."""
     mpcc.prepare(
@@ -237,11 +226,7 @@ def _iterate(
         first=s.plans.driven is None,
     )
     solution = mpcc.feedback(
-        context.state,
-        context.begin,
-        ends=clock.ends(),
-        iterate=start.iterate,
-        patience=start.patience,
+        context.state, context.begin, ends=clock.ends(), iterate=start.iterate, patience=start.patience
     )
     clock.took(solution.stopped)
     return solution
@@ -250,11 +235,8 @@ def _iterate(
 def suspended(
     s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
 ) -> ControllerState:
-    """Keep a search that ran out of time for the next cycle.
-
-    After a QP that was not solved it starts at the first guess again: what was in the way may be gone.
-    `done`: iterations before those of the attempt, where no search is known that it resumes.
-    """
+    """With a search that ran out of time kept for the next cycle. After an unsolved QP it restarts at the
+    first guess. `done`: iterations before those of the attempt, where it resumes no suspended search."""
     if not attempt.out_of_time:
         return s.suspending(None)
     before = s.plans.suspended
@@ -277,7 +259,7 @@ def suspended(
 
 
 def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
-    """Where the iterations begin for the objective that was chosen."""
+    """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
     times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
@@ -287,7 +269,7 @@ def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> 
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
-    """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
+    """Whether the last iterate goes past everything to within a share of the target's tolerance."""
     return attempt.fits and context.reached_by(attempt.plan, share)
 
 
@@ -302,10 +284,7 @@ def _corridor_infeasible(
 
 
 def rejection_reason(
-    solution: Solution,
-    config: ControllerConfig,
-    disturbance: Disturbance = UNDISTURBED,
-    longest: float = inf,
+    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED, longest: float = inf
 ) -> str:
     """Why a solution must not be driven, or ""; `longest`: time that its plan may take [s]."""
     if not solution.solved:
@@ -327,11 +306,11 @@ def rejection_reason(
 
 
 def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturbance, longest: float) -> str:
-    """Why what a plan does far ahead is not to be believed, or ""; beyond a limit it may come back."""
+    """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
-        return f"the plan takes {seconds:.0f} s, at most {longest:.0f} s are believed"
+        return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
     position, heading, speed, angle, a, rate = extremes(plan, config.vehicle.wheelbase)
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
     begins, begins_turned = np.abs(plan.states[0, [V, DELTA]]).tolist()

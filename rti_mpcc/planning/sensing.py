@@ -29,11 +29,8 @@ PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
-    """The state (6,) when a command given now begins to act: what is believed, rolled forward.
-
-    It has its progress on the part, its heading on the route's branch, and the steering that acts. Before any
-    state was believed it is the part's begin.
-    """
+    """The predicted state (6,) when a command given now starts to act, on the part; before the first
+    measurement the start of the part."""
     if s.vehicle.monitor.state is None:
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
@@ -43,7 +40,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
 
 
 def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
-    """What is believed, driven on to `at` [s] by the commands until then, with the steering that acts."""
+    """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
     believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert believed is not None
     return known.effective(by_commands(believed, s.queue, s.now, at, config, known))
@@ -57,7 +54,7 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    along, distance = way_left(here, theta, on_path, part, target)
+    along, distance = distance_left(here, theta, on_path, part, target)
     off = hypot(here.x - on_path.x, here.y - on_path.y)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
@@ -84,10 +81,8 @@ def context_of(
 
 
 def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
-    """Give the state its progress and the branch of its heading, both nearest to the last ones.
-
-    Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
-    """
+    """Set the progress and the branch of the heading, both nearest to the last ones; before the start of the
+    part the progress counts along the path extrapolated straight."""
     x, y, phi, *_ = reached.tolist()
     if last is None:
         theta = part.project(x, y, heading=phi)
@@ -102,14 +97,11 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     reached[PHI] = lift(phi, heading)
 
 
-def way_left(
+def distance_left(
     here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target
 ) -> tuple[float, float]:
-    """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
-
-    Along the path, straight on behind its end, negative where the target was passed; and with the way across
-    to the target's offset, 0 where it was passed by more than `PASSED_DISTANCE`.
-    """
+    """Distance left [m] from a pose at `theta` [m], where the path is `on_path`: along the path, negative if
+    the target was passed; and with that across, 0 if it was passed by more than `PASSED_DISTANCE`."""
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
@@ -118,7 +110,7 @@ def way_left(
 
 
 def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
-    """Where the vehicle stands if it brakes from `state` (6,) at the comfort acceleration, steering held."""
+    """Where the vehicle stops from `state` (6,) at the comfort acceleration, steering held."""
     most, speed = config.comfort_acceleration, state[V]
     control = (-copysign(most, speed), 0.0, 0.0)
     stopped = step_one(state, control, abs(speed) / most, config.vehicle.wheelbase)
@@ -126,11 +118,9 @@ def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
 
 
 def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
-    """The estimate after this cycle's measurement: nothing is learnt from one whose speed is doubted.
+    """The disturbance after this cycle's measurement; nothing is learnt from one whose speed is doubted.
 
-    A vehicle that is measured elsewhere than it should be is braked until it stands: what acts beside its
-    commands by then may be something else than before.
-
+    A relocalised vehicle starts anew, as another disturbance may act there.
     `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
     """
     if monitor.measured is None or not config.disturbance.enabled:
@@ -147,7 +137,7 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
 
 
 def _moves_as_measured(monitor: StateMonitor) -> bool:
-    """Whether of a doubted measurement the place is doubted alone."""
+    """Whether only the place of a doubted measurement is doubted."""
     measured, state = monitor.measured, monitor.state
     if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
         return False

@@ -1,7 +1,6 @@
-"""What the controller knows from one cycle to the next: one frozen value of frozen parts.
+"""The state of the controller from one cycle to the next: one frozen value of frozen parts.
 
-`DockingController.step` computes the next one from it and keeps it. Everything below takes values and returns
-values; beside this there are only caches of the active segment (`planning.workspace`) and the goal's filter.
+Nothing else is kept but caches of the active segment (`planning.workspace`) and the goal's filter.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ MOVING_SPEED = 0.04  # [m/s]; a vehicle that stands is measured faster before it
 
 
 class Phase(Enum):
-    """What the controller is busy with on the active segment; `rti_mpcc.behaviour` tells how they follow."""
+    """What the vehicle does on the active segment; `behaviour.transitions` leads from one to the next."""
 
     STARTING = "starting"
     CONTOURING = "contouring"
@@ -43,17 +42,15 @@ class Phase(Enum):
 
 
 DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
-"""Where a plan is driven."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Halt:
-    """A vehicle that brakes, or stands, for something that its plan does not stay clear of.
+    """A vehicle that brakes, or stands, as its plan is not clear.
 
     Attributes:
-        clear_since: since when its way is clear [s], or None.
-        met: what its plan met last, and where, or ""; no_time: why there was no time for another plan, where
-            a stop would not yet be needed for that, or "".
+        clear_since: since when its plan is clear [s], or None.
+        met: what its plan met last, and where, or ""; no_time: why there was no time for another plan, or "".
     """
 
     clear_since: float | None = None
@@ -66,10 +63,9 @@ class Arrival:
     """One planned arrival at rest.
 
     Attributes:
-        at: planned time of it [s].
-        timed_for: the pose that the time was last set for.
+        at: planned time [s]; timed_for: the target pose that the time was set for.
         overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
-        calm: of a brisk ride, with the time of a smooth one to begin with.
+        calm: it got the time of a smooth ride in a brisk one.
     """
 
     at: float
@@ -80,7 +76,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stall:
-    """What a stalled vehicle was to end in, and the obstacles that stood around it."""
+    """The target of a stalled vehicle, and the static obstacles around it."""
 
     target: Target
     obstacles: tuple[Obstacle, ...]
@@ -88,14 +84,12 @@ class Stall:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuspendedSearch:
-    """A search for a first plan that goes on in the next cycle.
+    """A search for a first plan that is resumed in the next cycle.
 
     Attributes:
-        solution: the last one, None if no QP was solved yet, or the last one was not.
-        iterations: so many QPs were solved; unsolved: so many were not, in all the time that they have.
-        iterate: how far the QP had come that was stopped, or None.
-        target: what the plan is to end in; segment: what it is for, or the piece of it.
-        arrival: what is planned, or None while contouring; begin: when the plan begins [s].
+        solution: of the last QP, None if it was not solved; iterate: of the QP that was stopped, or None.
+        iterations: number of QPs that were solved; unsolved: of those that could not be solved.
+        target, segment, arrival: what the plan is for; begin: when it starts [s].
     """
 
     solution: Solution | None
@@ -113,8 +107,8 @@ class ClockState:
     """The controller's own clock, which never runs back.
 
     Attributes:
-        time: [s]; None before the first cycle; offset: how far it is ahead of the user's [s].
-        shown: what the user's clock showed last [s]; stood: so many cycles it has not moved.
+        time: [s]; None before the first cycle; offset: how far it is ahead of the user's clock [s].
+        shown: last time on the user's clock [s]; stood: number of cycles in which that did not change.
     """
 
     time: float | None = None
@@ -130,15 +124,13 @@ class ClockState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleEstimate:
-    """What is believed of the vehicle.
+    """The estimate of the vehicle.
 
     Attributes:
         monitor: its state, and why a measurement is doubted.
-        offsets: what is known to act beside the commands, or None where that is not estimated, or not yet.
-        poses: where it has been in the last moments.
-        heading_hint: what there is to say of the heading when it was first measured, or "".
-        standing_since: when it came to a standstill, or began again from a target that it stood at [s]; None
-            while it moves.
+        offsets: the estimated disturbance, or None; poses: of the last moments.
+        heading_hint: remark on the first measured heading, or "".
+        standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -149,7 +141,7 @@ class VehicleEstimate:
 
     @property
     def disturbance(self) -> Disturbance:
-        """What is counted on beside the commands."""
+        """The estimated disturbance, none where it is not known."""
         known = self.offsets
         if known is None:
             return UNDISTURBED
@@ -165,17 +157,16 @@ class GoalState:
     """What is known of the goal.
 
     Attributes:
-        planned: the user's goal pose, or None for the path's last pose; dock: the first one of the same dock;
-            given: the user's goal as it came last, see `goals.steadied`.
-        fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None: not
-            looked yet.
-        origin: where the planned goal is from; refusal: why the goal given last was not taken, or "".
-        pose: made for: `planned`, or what detections make of it; None for the path's last pose.
-        estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
-        estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
-        undetected: why the last detection was not accepted, while none was; "" where none came.
+        planned: the user's goal pose, or None for the path's last pose; dock: the first one of its dock.
+        given: the user's goal as it was given last, see `goals.steadied`.
+        fit, given_fit: the checks of the planned goal and of the given one; None: not checked yet.
+        origin: of the planned goal; refusal: why the given goal was rejected, or "".
+        pose: the setpoint: `planned`, or by detections; None for the path's last pose.
+        estimate: by detections, or None; estimated_at: when [s]; estimate_fit: its check, or None.
+        followed: the last detected goal that passed its check, or None.
+        undetected: why the last detection was rejected, while none was accepted, or "".
         waiting: the vehicle stops, or stands, before a goal that is not known well enough.
-        terms: what is asked of it beside its pose.
+        terms: of the goal, in place of the settings.
     """
 
     planned: Pose2 | None = None
@@ -196,34 +187,32 @@ class GoalState:
 
     @property
     def accepted(self) -> bool:
-        """Whether a goal was given, or detected, and taken."""
+        """Whether a given or detected goal was accepted."""
         return self.origin is GoalOrigin.GIVEN or self.followed is not None
 
     @property
     def rejected(self) -> bool:
-        """Whether a goal was asked for and refused, and none other was taken."""
+        """Whether the given goal was rejected, and no other one was accepted."""
         return self.refusal != "" and not self.accepted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What the vehicle is to do on its segment, and how that goes.
+    """What the vehicle does on its segment.
 
     Attributes:
-        segments: what is left of the manoeuvre, the first one being driven, which may be a piece of the
-            second; phase: see `Phase`.
-        target: what the whole segment is to end in; None before the first cycle.
-        arrival: what is planned, or None while contouring.
+        segments: the rest of the manoeuvre, the first one being driven; it may be a piece of the second.
+        target: of the whole segment; None before the first cycle.
+        arrival: the planned one, or None while contouring.
         successor: the objective that has taken over from the segment's own, or None.
-        looks_past: standing there, a way past it is looked for.
-        halt: see `Halt`; None while nothing is in the way.
-        latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
-        looked_at: when a vehicle without a plan, or a cruising one without an arrival, last looked for one in
-            vain [s], or None.
-        stall: what it stood before when it stalled last, or None.
+        looks_past: at rest at a stop, a route past the obstacle is searched.
+        halt: while the vehicle halts in front of something, or None.
+        latched: why the vehicle was stopped, until a plan is driven again, or "".
+        looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
+        stall: the last one, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
-        driving_since: when the present plan began to be driven, or the last halt was over [s].
-        at_once: told to stand, it brakes as firmly as can be.
+        driving_since: when the present plan was started, or the last halt ended [s].
+        at_once: commanded to stand, the vehicle brakes as hard as it can.
     """
 
     segments: Segments
@@ -240,37 +229,32 @@ class Task:
     driving_since: float = 0.0
     at_once: bool = False
 
-    @classmethod
-    def begun(cls, segments: Segments) -> Task:
-        """At the begin of the first of these segments."""
-        return cls(segments=segments)
-
     @property
     def segment(self) -> Segment:
-        """The one that is driven."""
+        """The segment that is driven."""
         return self.segments[0]
 
     @property
     def whole(self) -> Segment:
-        """The one that is driven, or what that is a piece of."""
+        """The segment that is driven, or that it is a piece of."""
         return self.segment.whole
 
     @property
     def stop(self) -> PlannedStop | None:
-        """Before something that fills the way, made for or held at; None where the way is free."""
+        """In front of what blocks the route; None where the route is clear."""
         return self.segment.stop
 
     def on(self, piece: Segment) -> Task:
-        """The same on another piece of the whole segment, or on all of it."""
+        """With another piece of the whole segment, or all of it."""
         later = self.segments if self.segment.piece_of is None else self.segments[1:]
         return replace(self, segments=later if piece.piece_of is None else (piece, *later))
 
     def on_whole(self) -> Task:
-        """The same on all of the segment."""
+        """With all of the segment."""
         return self.on(self.whole)
 
     def with_stop(self, stop: PlannedStop) -> Task:
-        """The same on the way to a stop of which something else is known."""
+        """With something else known of its stop."""
         return self.on(replace(self.segment, stop=stop))
 
     @property
@@ -280,7 +264,7 @@ class Task:
 
     @property
     def objective(self) -> HorizonObjective:
-        """What the QP asks for."""
+        """Of the QP."""
         if self.successor is not None:
             return self.successor
         return self.segment.objective if self.arrival is None else ArrivalAtRest(self.arrival.at)
@@ -291,11 +275,11 @@ class Plans:
     """What was planned on the active segment.
 
     Attributes:
-        solution: the last iterate, or None: where the next cycle goes on.
-        valid: the last plan that had no complaint, driven or not, or None: where a clean start begins.
+        solution: the last iterate, which the next cycle resumes, or None.
+        valid: the last plan that passed the checks, driven or not, or None: a clean retry starts from it.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
-        clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
-        seen_to: progress [m] up to which a cruise was sought with all that stands on the path in view.
+        clear_of: number of the obstacle change up to which the driven plan is known to be clear.
+        seen_to: progress [m] up to which obstacles on the path have counted for a cruise.
         suspended: a search for a first plan that ran out of time, or None.
     """
 
@@ -310,22 +294,20 @@ class Plans:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RouteState:
-    """What a controller that plans ways knows of them.
+    """Route planning of a controller that replans.
 
     Attributes:
-        end: of the path that was given, the goal while there is no other one; None in an area.
+        end: of the given path, the goal while there is no other one; None in an area.
         manoeuvre: the last one that was planned, found or not; None before the first one.
-        why: why another one is planned, or ""; wanted: why the search for a first plan wants one, or "".
-        since: when the vehicle set out on the present one, or began to plan another one [s].
-        changes: number of obstacle changes that the last one knew of.
-        ways: on so many the vehicle has set out, the path that was given among them; seconds: that all
-            searches took.
-        rehearsed: goal that was tried from the path's last change of direction, or None.
-        fixed: no other way is to be planned in place of the present one, a straight move say.
+        why: why it replans, or ""; wanted: why the search for a first plan asks for another route, or "".
+        since: when the present route was started, or the last search [s].
+        changes: number of obstacle changes known to the last search.
+        ways: number of routes started, a given path included; seconds: time of all searches.
+        rehearsed: goal whose reachability was checked last, or None.
+        fixed: the present route is not replaced, a straight move say.
     """
 
     end: Pose2 | None = None
-
     manoeuvre: Manoeuvre | None = None
     why: str = ""
     wanted: str = ""
@@ -342,13 +324,11 @@ class ControllerState:
     """Everything that a cycle leaves to the next.
 
     Attributes:
-        clock, vehicle, goal, task, plans: see there.
-        path: the route that the segments of the task are on.
-        route: what is known of planned ways; None where none is ever planned.
-        area: where the vehicle may be, with the obstacles that were given last.
-        queue: commands on their way to the actuators.
-        begin: state (6,) that the last cycle's command began to act in, or None at the begin of a segment.
-        agenda: of the mission, or None without one.
+        path: the route of the task's segments; route: of route planning, None where it never replans.
+        area: the free space, with the obstacles that were given last.
+        queue: commands that do not act yet.
+        begin: state (6,) in which the last command starts to act, or None at the start of a segment.
+        agenda: of the mission, or None.
     """
 
     clock: ClockState = ClockState()
@@ -370,24 +350,24 @@ class ControllerState:
 
     @property
     def on_planned_way(self) -> bool:
-        """Whether its way was planned in an area, and not given with a corridor."""
+        """Whether the route was planned in an area, not given with a corridor."""
         return self.area.corridor.area is not None
 
     @property
     def on_a_way(self) -> bool:
-        """Whether there is a way that it drives on, or stopped on; else it stands on none."""
+        """Whether there is a route that it drives or has stopped on."""
         return self.task.segment.end is not SegmentEnd.STOP or self.task.stop is not None
 
     @property
     def goal_pose(self) -> Pose2 | None:
-        """The goal; None in an area while none was told."""
+        """The goal; None in an area while none was given."""
         if self.goal.pose is not None:
             return self.goal.pose
         return None if self.route is None else self.route.end
 
     @property
     def goal_setpoint(self) -> GoalSetpoint | None:
-        """The goal that is made for, and where it is from; None where there is none, or none was accepted."""
+        """The goal that the controller drives to; None where there is none, or none was accepted."""
         pose = self.goal_pose or (None if self.on_planned_way else self.path.end)
         if pose is None or self.goal.rejected:
             return None
@@ -400,7 +380,7 @@ class ControllerState:
         return self.vehicle.is_stationary(self.now)
 
     def suspending(self, search: SuspendedSearch | None) -> ControllerState:
-        """With another search to go on with in the next cycle, or none."""
+        """With another suspended search, or none."""
         if search is self.plans.suspended:
             return self
         return replace(self, plans=replace(self.plans, suspended=search))

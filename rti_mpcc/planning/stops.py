@@ -1,4 +1,4 @@
-"""Stops before what fills the way: when one is needed, and when it is worth looking past it again."""
+"""Stops in front of what blocks the route: when one is needed, and when a route past it is searched again."""
 
 from __future__ import annotations
 
@@ -19,11 +19,8 @@ PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions
 
 
 def halted(halt: Halt | None, distance: float, needed: float, now: float) -> Halt | None:
-    """Whether the vehicle brakes, or stands, for what its plan meets after `distance` [m] (inf: nothing).
-
-    It does so from when that is within what is `needed` to stop [m], until its way was clear of that, and
-    `CLEAR_DISTANCE` more, for `CLEAR_TIME`.
-    """
+    """The halt for a contact of the plan after `distance` [m] (inf: none): from when a stop `needed` [m] so
+    much, until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
     if distance <= needed:
         return Halt()
     if halt is None:
@@ -43,25 +40,25 @@ def is_old(s: ControllerState) -> bool:
 
 
 def unconfirmed(s: ControllerState) -> bool:
-    """Whether a stop is made for past which no way was sought yet."""
+    """Whether no route past the stop was searched yet."""
     return s.task.stop is not None and s.task.stop.obstacles is None
 
 
 def confirmed(s: ControllerState) -> ControllerState:
-    """There is no way past the stop that is made for."""
+    """There is no route past the stop."""
     assert s.task.stop is not None
     stop = replace(s.task.stop, goal=s.goal.pose, obstacles=s.area.changes, since=s.now)
     return replace(s.suspending(None), task=s.task.with_stop(stop))
 
 
 def still_filled(s: ControllerState) -> ControllerState:
-    """Another plan than the one to the stop was looked for in vain: not again at once."""
+    """No other plan than the one to the stop was found: not again at once."""
     stop = s.task.stop
     return s if stop is None else replace(s, task=s.task.with_stop(replace(stop, since=s.now)))
 
 
 def found_clear(s: ControllerState) -> ControllerState:
-    """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
+    """The driven plan is clear of what has changed: neither a route past it nor a stop is searched."""
     begun = s.plans.suspended
     for_arrival = begun is not None and begun.segment.stop == s.task.stop and s.task.phase is Phase.CONTOURING
     plans = replace(s.plans, clear_of=s.area.changes, suspended=begun if for_arrival else None)
@@ -69,8 +66,8 @@ def found_clear(s: ControllerState) -> ControllerState:
 
 
 def in_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
-    """Progress [m] up to which a cruise that is sought now would count what stands in its way; -inf for an
-    arrival, which is planned to its end."""
+    """Progress [m] up to which static obstacles count for a cruise from now on; -inf for an arrival, which is
+    planned to its end."""
     if s.plans.driven is None or s.task.arrival is not None:
         return -inf
     horizon, comfort = config.cruise_horizon, config.comfort_acceleration
@@ -81,14 +78,14 @@ def in_view(s: ControllerState, context: PlanningContext, config: ControllerConf
 
 
 def looked(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """What had come into view was counted: not again before the vehicle has gone on by a body's length."""
+    """What came into view was counted: not again before the vehicle has driven a body's length."""
     vehicle = config.vehicle
     seen_to = in_view(s, context, config) + vehicle.front + vehicle.rear
     return replace(s, plans=replace(s.plans, seen_to=seen_to))
 
 
 def way_may_be_free(s: ControllerState) -> bool:
-    """Whether it is worth looking again if something still fills the way."""
+    """Whether it is worth checking again if the route is still blocked."""
     stop, goal = s.task.stop, s.goal.pose
     if stop is None or s.now - stop.since < REPLAN_INTERVAL:
         return False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,11 +26,11 @@ class Surroundings:
     """A corridor and its obstacles.
 
     Attributes:
-        corridor: with the obstacles that stand, which plans go round; known: with all of them.
+        corridor: with the static obstacles, which plans avoid; known: with all obstacles.
         obstacles: all of them; given_at: when they were given last [s].
-        added: outlines of what stands in the area since the route was planned, see `in_another`.
-        changes: how often those that stand have changed.
-        unreadable: what is wrong with those given last, which are not used then, or "".
+        added: outlines of what is new in the area since the route was planned, see `in_another`.
+        changes: number of changes of the static ones.
+        unreadable: why the last given ones are not used, or "".
     """
 
     corridor: Corridor
@@ -43,7 +43,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
-        """Those that a route begins with. Raises CorridorError if they are narrower than the body."""
+        """Along a path. Raises CorridorError if the corridor is narrower than the body."""
         width, theta = corridor.narrowest()
         if width < config.vehicle.least_width:
             raise CorridorError(
@@ -61,7 +61,7 @@ class Surroundings:
 
     @classmethod
     def in_area(cls, area: Area) -> Surroundings:
-        """Those of any route in an area, with no obstacles told yet."""
+        """In an area, with no obstacles given yet."""
         corridor = Corridor.in_area(area)
         return cls(corridor=corridor, known=corridor, obstacles=())
 
@@ -72,11 +72,8 @@ class Surroundings:
         return self._on(Corridor.in_area(area), ())
 
     def in_another(self, area: Area, added: Sequence[Array]) -> Surroundings:
-        """The same obstacles in another area.
-
-        `added`: shapes (m_i, 2) near the route that were not solid when it was planned [m]. The vehicle stops
-        before them and replans, as before obstacles; it does not for a boundary.
-        """
+        """The same obstacles in another area; `added`: shapes (m_i, 2) [m] near the route, solid since it was
+        planned. They count as obstacles: the vehicle stops in front of them and replans."""
         return replace(self._on(Corridor.in_area(area), tuple(added)), changes=self.changes + 1)
 
     def _on(self, corridor: Corridor, added: tuple[Array, ...]) -> Surroundings:
@@ -88,24 +85,20 @@ class Surroundings:
 
     @property
     def standing(self) -> tuple[Obstacle, ...]:
-        """The obstacles that stand, as far as is known."""
-        return standing(self.obstacles)
+        """The static obstacles."""
+        return tuple(each for each in self.obstacles if not each.moves)
 
     @property
     def moving(self) -> tuple[Obstacle, ...]:
-        """The obstacles that are seen to move."""
+        """The moving obstacles."""
         return tuple(each for each in self.obstacles if each.moves)
 
     def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
-        """With the obstacles told at `now` [s].
-
-        Raises:
-            CorridorError: one that is no simple polygon.
-        """
+        """With the obstacles given at `now` [s]. Raises CorridorError for one that is no simple polygon."""
         obstacles = observed(self.obstacles, outlines, now, self.given_at)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
-        stand = [each.outline for each in standing(obstacles)]
+        stand = [each.outline for each in obstacles if not each.moves]
         changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
         corridor = self.corridor.with_obstacles([*stand, *self.added]) if changed else self.corridor
         everything = corridor
@@ -123,19 +116,13 @@ class Surroundings:
 
 
 def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area:
-    """All of the corridor along a path, and beyond its open ends as far as a body may have to go for a goal
-    there; in this a vehicle may look for another way.
+    """All of the corridor along a path, and beyond its open ends as far as a goal there needs, to replan in.
 
     Raises:
         CorridorError: the boundaries do not enclose the path.
     """
     vehicle = config.vehicle
     return area_of(corridor, path, beyond=GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear))
-
-
-def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Those that do not move."""
-    return tuple(each for each in obstacles if not each.moves)
 
 
 def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:

@@ -22,7 +22,7 @@ from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import arrival_time, within_reach
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.sensing import way_left
+from rti_mpcc.planning.sensing import distance_left
 
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
 CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
@@ -73,10 +73,9 @@ def config_for_docking_time(
 
     # Under a speed limit, gentler may be a little sooner: only one side of the present settings is searched.
     fastest, usual = sqrt(config.limits.acceleration / config.comfort_acceleration), time(1.0)
-    slowest = SLOWEST
-    least, most = (slowest, 1.0) if seconds >= usual else (1.0, fastest)
+    least, most = (SLOWEST, 1.0) if seconds >= usual else (1.0, fastest)
     if not time(most) <= seconds <= time(least):
-        takes = (time(slowest), usual, time(fastest))
+        takes = (time(SLOWEST), usual, time(fastest))
         if usual == inf:
             raise ConfigError(
                 "docking_time: the goal is not reached along the path, nothing says how long that takes"
@@ -105,7 +104,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace, step = pace_of(part, config), CRUISE_STEP
-    along, left = way_left(part.first, part.start, part.first, part, target)
+    along, left = distance_left(part.first, part.start, part.first, part, target)
     if along < -PASSED_DISTANCE:
         return inf
     begin, time, speed = part.start, config.dead_time, 0.0
@@ -118,8 +117,7 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
         highest = float(pace.at(np.array([begin]))[0])
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step
-    highest_ahead = pace.ahead(begin, left)
-    return time + arrival_time(left, speed, config, highest_ahead)
+    return time + arrival_time(left, speed, config, pace.ahead(begin, left))
 
 
 def _rise(config: ControllerConfig) -> float:

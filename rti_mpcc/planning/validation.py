@@ -1,7 +1,4 @@
-"""What a cycle is told, checked: whatever comes in, only what can be planned with goes on.
-
-Nothing here raises for a value. What is not fit to be used is left out, and said.
-"""
+"""The inputs of a cycle, checked. No value raises: unusable inputs are ignored, with a remark."""
 
 from __future__ import annotations
 
@@ -34,11 +31,8 @@ def goal_in(
     surroundings: Surroundings,
     config: ControllerConfig,
 ) -> tuple[GoalState, Pose2 | None]:
-    """What is known of the goal, and the goal if there is another one now.
-
-    A goal that was accepted stays the goal whatever comes to stand there. One that was refused does not
-    become it before it is told again.
-    """
+    """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
+    an obstacle comes there; a rejected one has to be given again."""
     taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
         came, refusal = _pose(given)
@@ -50,7 +44,7 @@ def goal_in(
             taken = None if given_fit.problem else goal
             refusal = ""
             if given_fit.problem:
-                refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}"
+                refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
@@ -60,7 +54,7 @@ def goal_in(
 
 
 def usable_goal(given: Pose2) -> Pose2 | None:
-    """A goal as a pose that a way can be planned to, or None; whether there is one is found out then."""
+    """A goal as a pose that a route can be planned to, or None."""
     return _pose(given)[0]
 
 
@@ -69,14 +63,14 @@ def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
     try:
         x, y, phi = given.x, given.y, given.phi
     except AttributeError:
-        return None, f"goal is no Pose2 but a {type(given).__name__}"
+        return None, f"goal rejected: expected Pose2, got {type(given).__name__}"
     if not _all_finite(x, y, phi):
-        return None, f"goal ({x}, {y}, {phi}) not finite"
+        return None, f"goal ({x}, {y}, {phi}) rejected: not finite"
     goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
     if max(abs(x), abs(y)) > FARTHEST:
-        return None, f"goal {_text(goal)} out of reach, coordinates at most {FARTHEST:g} m"
+        return None, f"goal {_text(goal)} rejected: coordinates at most {FARTHEST:g} m"
     if abs(phi) > LARGEST_HEADING:
-        return None, f"goal {_text(goal)} out of reach, heading at most {LARGEST_HEADING:g} rad"
+        return None, f"goal {_text(goal)} rejected: heading at most {LARGEST_HEADING:g} rad"
     return goal, ""
 
 
@@ -85,7 +79,7 @@ def _text(goal: Pose2) -> str:
 
 
 def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float) -> Surroundings:
-    """The surroundings with these obstacles at `now` [s]; where they cannot be used, as known, and why."""
+    """The surroundings with these obstacles at `now` [s], or as known, and why they are not usable."""
     if obstacles is None:
         return known
     try:
@@ -103,7 +97,7 @@ def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
     try:
         given = list(obstacles)
     except TypeError:
-        return outlines, f"obstacles are no sequence but {type(obstacles).__name__}"
+        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
             outlines.append(np.asarray(outline, dtype=np.float64))
@@ -132,18 +126,18 @@ def _line(error: Exception) -> str:
 
 
 def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
-    """Those that are detections, of whatever numbers, and what the first one is that is none, or ""."""
+    """Those that are detections, and a remark on the first one that is not, or ""."""
     try:
         given: tuple[object, ...] = () if measurements is None else tuple(measurements)
     except TypeError:
-        return (), f"measurements are no sequence but {type(measurements).__name__}, left out"
+        return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
     good = tuple(measurement for measurement in given if _is_detection(measurement))
     if len(good) == len(given):
         return good, ""
     k, odd = next((k, one) for k, one in enumerate(given) if not _is_detection(one))
     if isinstance(odd, GoalMeasurement):
-        return good, f"measurements[{k}] holds what is no number, pose or frame, left out"
-    return good, f"measurements[{k}] is no GoalMeasurement but a {type(odd).__name__}, left out"
+        return good, f"measurements[{k}] ignored: not all of its values are numbers, poses or frames"
+    return good, f"measurements[{k}] ignored: expected GoalMeasurement, got {type(odd).__name__}"
 
 
 def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
@@ -151,13 +145,8 @@ def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
         return False
     v = given.vehicle
     try:
-        for number in (
-            given.stamp,
-            given.x,
-            given.y,
-            given.phi,
-            *((v.x, v.y, v.phi) if v is not None else ()),
-        ):
+        pose = () if v is None else (v.x, v.y, v.phi)
+        for number in (given.stamp, given.x, given.y, given.phi, *pose):
             isfinite(number)
     except (AttributeError, TypeError, ValueError, OverflowError):
         return False
@@ -165,10 +154,10 @@ def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
 
 
 def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:
-    """The clock at the time that the user's clock shows, and what is wrong with that one, or "".
+    """The controller's clock at the user's `now` [s], and what is wrong with that, or "".
 
-    The controller's own clock never runs back: where the user's does, or leaps ahead, or shows no number, one
-    cycle is taken to have passed, and the two are `offset` apart from then on.
+    It never runs back: if the user's clock does, or leaps ahead, or shows no number, one cycle counts as
+    passed, and the two are `offset` apart from then on.
     """
     last, cycle = clock.time, config.cycle
     if not _all_finite(now) or not is_time(now):

@@ -1,4 +1,4 @@
-"""Where another way would begin, and whether one from there was sought a moment ago."""
+"""Where another route would start, and whether one from there was searched a moment ago."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ CHECK_SPACING = 0.2  # [m] between two bodies of a motion that are checked
 
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:
-    """Where the vehicle is; of one that stands the mean of the last moments, for noise must not begin a
-    search anew."""
+    """The vehicle's pose, averaged at rest: noise must not restart a search."""
     state, since = s.vehicle.monitor.state, s.vehicle.standing_since
     if state is None:
         return Pose2(0.0, 0.0, 0.0)
@@ -38,7 +37,7 @@ def here(s: ControllerState, config: ControllerConfig) -> Pose2:
 
 
 def was_asked(s: ControllerState, config: ControllerConfig) -> bool:
-    """Whether a way was planned from right here a moment ago: the same again would come of it."""
+    """Whether a route was planned from right here a moment ago, with the same result."""
     route = s.route
     if route is None or route.manoeuvre is None or s.now - route.since >= AGAIN_AFTER:
         return False
@@ -47,7 +46,7 @@ def was_asked(s: ControllerState, config: ControllerConfig) -> bool:
 
 
 def on_the_move(s: ControllerState) -> bool:
-    """Whether another way may be begun without a stop: none was, since the obstacles have changed."""
+    """Whether another route may be joined without a stop: none was since the obstacles changed."""
     route = s.route
     return route is not None and (route.manoeuvre is None or route.changes != s.area.changes)
 
@@ -66,8 +65,7 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
 
 
 def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: ControllerConfig) -> bool:
-    """Whether any of convex shapes (m_i, 2) [m] is within a body's length of the straight line between two
-    poses."""
+    """Whether any of convex shapes (m_i, 2) [m] is within a body's length of the line between two poses."""
     line = Body.of([(0.0, 0.0), (goal.x - start.x, goal.y - start.y)])
     grid = ShapeGrid.of_shapes(shapes, np.zeros(len(shapes)), 1)
     within = config.vehicle.front + config.vehicle.rear
@@ -75,8 +73,7 @@ def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: Controll
 
 
 def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool:
-    """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
-    within what is measured."""
+    """Whether the body keeps the clearance that the manoeuvre was planned with, or the hard minimum."""
     poses = np.concatenate([_poses(segment.part) for segment in manoeuvre.segments])
     least = min(config.clearance.least, manoeuvre.clearance) - CONTACT_TOLERANCE
     apart = area.signed_distances(body_of(config.vehicle), poses, config.clearance.on_routes)

@@ -1,7 +1,7 @@
-"""What a cycle works with on the active segment: its core, what is around it, and what time decides.
+"""What a cycle works with on the active segment: its core, its settings, and the clock.
 
-A core is made anew for each segment, with nothing kept of the last one's solutions. All else here is a cache:
-but for what a core's solver keeps, the same state gives the same workspace.
+A core is made anew for each segment. All else is a cache: but for what a core's solver keeps, the same state
+gives the same workspace.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Workspace:
     clock: CycleClock
 
     def context(self, s: ControllerState) -> PlanningContext:
-        """The start against what the vehicle is to end in: a stop, or what the segment ends in."""
+        """The start against the target: a stop, or the segment's own."""
         part, task = self.mpcc.part, s.task
         assert task.target is not None
         target = task.target if task.stop is None else stop_on(part, task.stop.at)
@@ -59,7 +59,7 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Active:
-    """A segment, its settings and its core; the corridor that this is told of, and the pace by it."""
+    """A segment, its settings and its core, the corridor that this knows, and the pace by it."""
 
     segment: Segment
     config: ControllerConfig
@@ -69,21 +69,14 @@ class _Active:
 
 
 class Workspaces:
-    """Makes the workspace of each cycle, and keeps what is the same as in the last one.
-
-    Args:
-        path: the route; corridor: its boundaries and obstacles; config: settings; first: the first segment.
-
-    Attributes:
-        path: as given.
-    """
+    """Makes the workspace of each cycle, and keeps what is the same as in the last one."""
 
     def __init__(
         self, path: ReferencePath, corridor: Corridor, config: ControllerConfig, first: Segment
     ) -> None:
         self.path, self._settings = path, config
         self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
-        if corridor.area is None:  # in an area the way was planned, and what it keeps is told with it
+        if corridor.area is None:
             for k, room in enumerate(self._rooms):
                 tell_if_narrow(room, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
@@ -109,7 +102,7 @@ class Workspaces:
         return _Active(segment=segment, config=config, mpcc=core, corridor=corridor, pace=pace)
 
     def core(self, s: ControllerState) -> RtiMpcc:
-        """The core of the active segment, told of the obstacles that are known now."""
+        """The core of the active segment, with the known obstacles."""
         active, corridor = self._active, s.area.corridor
         if s.task.whole is not active.segment:
             self._active = self._begun(s.task.whole, corridor)
@@ -134,7 +127,7 @@ class Workspaces:
         return Workspace(config=active.config, mpcc=mpcc, pace=active.pace, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
-        """What the active segment, all of it, is to end in."""
+        """The target of the whole active segment."""
         part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
         config = self._active.config
         if s.task.whole.target is not None:
@@ -143,14 +136,13 @@ class Workspaces:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
             then = s.task.on_whole().segments[1]
-            # To turn the wheels on the way costs heading at its end, and little way mends little of that.
+            # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
             shorter = min(s.task.whole.length, then.length)
             share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2
             return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:
-        """Where the direction is to change, clear of what is known now."""
         segment, changes = s.task.whole, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
             pose = cusp_pose(part.last, s.area.corridor, segment, self._active.config)
@@ -159,12 +151,8 @@ class Workspaces:
 
 
 def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: ControllerConfig) -> Pose2:
-    """The pose to change direction at, at the end of a segment.
-
-    It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
-    next, or, within `CUSP_SHIFT` of the tolerance, the one that comes nearest to that. A body exactly at the
-    cusp may reach over a boundary that acts only from the change on.
-    """
+    """The pose at which a segment ends in a change of direction: nearest to `cusp`, with the margin kept on
+    this part and on the next, or as much of it as there is within `CUSP_SHIFT` of the tolerance."""
     margin, index = config.clearance.wanted, segment.index
     if _room([cusp], corridor, index, config)[0] == margin:
         return cusp

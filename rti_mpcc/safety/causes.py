@@ -1,4 +1,4 @@
-"""What holds a vehicle, for the reasons of its commands: the deepest cause that is known."""
+"""Why a vehicle stops, for the reasons of its commands: the first cause that is known."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 
 from geometry import Pose2
-from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import PlannedStop
@@ -20,16 +19,13 @@ from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
-from rti_mpcc.types import GoalOrigin, Reason, Trajectory
+from rti_mpcc.types import GoalOrigin, Reason, Trajectory, Verdict
 
 
 def of_stall(
     s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
 ) -> str:
-    """Why no plan ends inside the tolerance, or "" where that is not known: the first of the causes below.
-
-    `room`: beside the body along the segment, or None where that does not count.
-    """
+    """Why no plan ends inside the tolerance, or ""; `room`: beside the body along the segment, or None."""
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
@@ -54,11 +50,11 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     room, met = float(apart.min()), met_by(state, s.area, part, config)
     if room < 0.0:
         return f"the body {where} overlaps {met} by {-room:.3f} m"
-    return f"the body {where} is {room:.3f} m from {met}, at least {config.clearance.least:g} m are kept"
+    return f"the body {where} is {room:.3f} m from {met} (at least {config.clearance.least:g} m)"
 
 
 def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
-    """Where the way that is left is narrower than the margin, or ""."""
+    """Where the rest of the segment is narrower than the margin, or ""."""
     theta = float(context.state[THETA])
     ahead = (room.theta >= theta) & (room.theta <= context.target.theta)
     if not ahead.any():
@@ -78,7 +74,7 @@ def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConf
 
 
 def before_stop(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
-    """What fills the way behind a stop, and how far ahead that is."""
+    """What blocks the route behind a stop, and how far ahead that is."""
     ahead = stop.at + contact.stop_clearance(config) - float(context.state[THETA])
     return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
 
@@ -86,10 +82,8 @@ def before_stop(stop: PlannedStop, context: PlanningContext, config: ControllerC
 def meeting(
     s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
 ) -> ControllerState:
-    """With what the plan of a halting vehicle meets after so far [m].
-
-    `late`: why there was no time for another plan, or "".
-    """
+    """With the contact of a halting vehicle's plan after `distance` [m]; `late`: why there was no time for
+    another plan, or ""."""
     assert s.task.halt is not None
     met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
     needed = contact.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
@@ -98,11 +92,11 @@ def meeting(
 
 
 def held(s: ControllerState, distance: float) -> Verdict:
-    """What holds a halting vehicle, whose plan is not clear after so far [m]; inf: it is now."""
+    """Why a vehicle halts whose plan is clear over `distance` [m]."""
     halt = s.task.halt
     assert halt is not None
     if halt.no_time:
-        why = f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
+        why = f"{halt.no_time}; contact in {halt.met} along the last plan"
         return Verdict(Reason.OUT_OF_TIME, why)
     if distance < inf:
         return Verdict(Reason.CONTACT_AHEAD, halt.met)

@@ -1,28 +1,25 @@
-"""Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
+"""Exact checks of the body: what it overlaps, and how far along a plan it stays clear.
 
-Clear is a body that is farther than `Clearance.least` from all obstacles that stand, and from boundaries
-but for `CONTACT_TOLERANCE`: measurements tremble. A plan that begins nearer to one of them may swing
-the other end of the body out to get away, but must not touch it. That does not set in at once: from less than
-twice that distance a plan may come nearer by as much.
-Of an obstacle that moves with u it is not known what it will do next:
+A body is clear if it is farther than `Clearance.least` from all static obstacles, and from boundaries less
+`CONTACT_TOLERANCE`, since measurements are noisy. A plan that starts nearer than twice that distance may
+come nearer by half of what there is, to swing the other end of the body out, but must not touch anything.
+What an obstacle that moves with u will do next is not known:
 
 (S1)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
       t_stop = dead time + cycle + |v| / a_max
 
-for all times t from now on at which the plan is there: it may go on as it does, or stop on the way; and where
-the leading edge of the body is, it may turn into any direction while the vehicle needs t_stop to stand.
+for all times t of the plan: the obstacle may continue or stop, and near the leading edge of the body it may
+turn into any direction while the vehicle needs t_stop to stand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import Corridor
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
@@ -31,7 +28,9 @@ from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
-from rti_mpcc.planning.obstacles import Obstacle
+from rti_mpcc.planning import stops
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.ways import CHECK_SPACING
@@ -57,6 +56,16 @@ class Overlap(NamedTuple):
         return f"the body overlaps {self.what} by {self.depth:.2f} m at ({x:.2f}, {y:.2f})"
 
 
+def overlap_now(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
+    """What the body overlaps, at its estimated state now or until the command starts to act."""
+    estimate = s.vehicle.monitor.state
+    if estimate is None:
+        return None
+    half = s.now + 0.5 * config.dead_time
+    middle = by_commands(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
+    return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, config)
+
+
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
     """What the bodies at `states` (n, 6) overlap most; boundaries count from `CONTACT_TOLERANCE` on."""
     apart = clearances(states, surroundings.known, part, config.vehicle, config.clearance.least)
@@ -72,23 +81,23 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
     return Overlap(float(depth[deepest]), *met)
 
 
-def distance_to_contact(
-    plan: Trajectory,
-    corridor: Corridor,
-    part: int,
-    config: ControllerConfig,
-    reach: float,
-    *,
-    least: float,
+def clear_distance(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:
-    """Distance along the plan to the first body nearer than `least` to what stands [m]; inf: none."""
+    """Distance along a plan to the first body that is not clear of something [m], or inf."""
+    moving = distance_to_moving(s, plan, config, reach, later)
+    return min(moving, distance_to_contact(s, plan, config, reach, config.clearance.least))
+
+
+def distance_to_contact(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
+) -> float:
+    """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
     marks, states = _driven(plan, config, reach)
-    poses = np.ascontiguousarray(states[:, :POSE])
-    # Where the plan begins it counts how near it is to twice the distance that is kept.
-    within = max(2.0 * least, CONTACT_TOLERANCE)
-    apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
+    # At the start of the plan distances up to twice the least one count.
+    apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
     first = _first_below(apart, _least(apart[0], least))
-    return float(marks[first]) if first >= 0 else np.inf
+    return float(marks[first]) if first >= 0 else inf
 
 
 @kernel
@@ -109,41 +118,39 @@ def _least(begins: Array, least: float) -> Array:
     return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
 
 
-def distance_to_obstacle(
-    plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
-) -> float:
-    """Distance along the plan to the first body that touches an obstacle, no boundary [m], or inf."""
-    marks, states = _driven(plan, config, reach)
-    meets = _obstacles_met(states, corridor, part, config).any(axis=1)
-    return float(marks[np.argmax(meets)]) if meets.any() else np.inf
+def distance_to_obstacle(s: ControllerState, plan: Trajectory, config: ControllerConfig) -> float:
+    """Distance along a plan to the first body that touches a static obstacle [m], or inf."""
+    marks, states = _driven(plan, config, inf)
+    meets = _obstacles_met(s, states, config).any(axis=1)
+    return float(marks[np.argmax(meets)]) if meets.any() else inf
 
 
-def _obstacles_met(
-    states: Array, corridor: Corridor, part: int, config: ControllerConfig
-) -> NDArray[np.bool_]:
+def _obstacles_met(s: ControllerState, states: Array, config: ControllerConfig) -> NDArray[np.bool_]:
     """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
-    poses, within = np.ascontiguousarray(states[:, :POSE]), config.clearance.least
-    apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
-    met: NDArray[np.bool_] = apart[:, 1:] <= 0.0
+    met: NDArray[np.bool_] = _distances(s, states, config, config.clearance.least)[:, 1:] <= 0.0
     return met
 
 
-def distance_to_moving(
-    plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
-) -> float:
-    """Distance along the plan to the first body that may meet a moving obstacle, (S1) [m], or inf.
+def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:
+    """Signed distances (n, 1 + k) [m] of the bodies at `states` (n, >= 3) to boundaries and k obstacles."""
+    poses, part = np.ascontiguousarray(states[:, :POSE]), s.task.segment.index
+    return s.area.corridor.signed_distances(part, body_of(config.vehicle), poses, within)
 
-    `ages`: time from when the obstacles were given to the start of the plan [s].
-    """
-    if not moving:
-        return np.inf
+
+def distance_to_moving(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
+) -> float:
+    """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
+    if not s.area.moving:
+        return inf
     marks, states = _driven(plan, config, reach)
-    elapsed = ages + config.dead_time + (_times(plan, marks) - plan.times[0])
+    ahead = s.now - s.area.given_at + later
+    elapsed = ahead + config.dead_time + (_times(plan, marks) - plan.times[0])
     stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
-    for obstacle in moving:
+    for obstacle in s.area.moving:
         _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)
-    return float(marks[np.argmax(near)]) if near.any() else np.inf
+    return float(marks[np.argmax(near)]) if near.any() else inf
 
 
 @kernel
@@ -181,13 +188,12 @@ def _meets(
 def progress_of_contact(
     s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> float:
-    """Progress [m] at which a body on the path meets what a plan meets after so far [m].
+    """Progress [m] at which a body on the path meets what a plan meets after `distance` [m].
 
-    Stops are on the path, and a plan may be beside it: on the inside of a bend it is farther along by then.
-    Where the body on the path does not meet it, or later, it is where the plan's body is beside the path; so
-    it is where that body meets it all along, which the plan passes.
+    A stop is on the path, but a plan may be beside it: inside a bend it is farther along by then. Where the
+    body on the path meets nothing, meets it later, or all along, it is the progress of the plan's body.
     """
-    part, index, corridor = s.task.segment.part, s.task.segment.index, s.area.corridor
+    part = s.task.segment.part
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
     x, y, phi = state[0, :POSE].tolist()
     # Not the plan's own progress: nothing holds that to where an arrival is.
@@ -195,8 +201,8 @@ def progress_of_contact(
     theta = np.arange(begin, end, CHECK_SPACING)
     at = part.reference(theta)
     bodies = np.column_stack([at.x, at.y, at.phi])
-    met = _obstacles_met(state, corridor, index, config)[0]
-    meets = np.asarray(_obstacles_met(bodies, corridor, index, config)[:, met].any(axis=1))
+    met = _obstacles_met(s, state, config)[0]
+    meets = np.asarray(_obstacles_met(s, bodies, config)[:, met].any(axis=1))
     if not meets.any():
         return end
     clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
@@ -204,15 +210,34 @@ def progress_of_contact(
 
 
 def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
-    """What a plan meets after so far [m]."""
+    """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
     ahead = s.now - s.area.given_at + config.dead_time + float(times[0] - plan.times[0])
     return met_by(state, s.area, s.task.segment.index, config, ahead)
 
 
+def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
+    """What a body on the path meets at the progress `theta` [m]."""
+    pose = s.task.segment.part.pose(theta)
+    return met_by(np.array([pose.x, pose.y, pose.phi]), s.area, s.task.segment.index, config)
+
+
+def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether an obstacle on the path is where it starts to count for a cruise: at the farthest progress that
+    a cruise ignoring it would see."""
+    if not s.area.corridor.obstacles:
+        return False
+    at = stops.in_view(s, context, config)
+    if at <= s.plans.seen_to:
+        return False
+    reference, least = s.task.segment.part.reference(np.array([at])), config.clearance.least
+    pose = np.column_stack([reference.x, reference.y, reference.phi])
+    return bool((_distances(s, pose, config, least)[0, 1:] <= least).any())
+
+
 def length(plan: Trajectory) -> float:
-    """Way that the plan drives [m]."""
+    """Length of a plan [m]."""
     return float(distances(plan.states)[-1])
 
 

@@ -1,4 +1,4 @@
-"""What a cycle came to, and the account that it gives of itself."""
+"""The result of a cycle as a command, with its diagnostics."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from estimation import Judgement
 from geometry import Pose2
 from geometry.compiled import Array1, Out2, kernel
-from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
@@ -18,20 +17,40 @@ from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.state import ControllerState, Task
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.stopping import stopping_motion
-from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
+from rti_mpcc.types import (
+    Array,
+    Command,
+    Diagnostics,
+    EffectiveWeights,
+    Objective,
+    Reason,
+    Status,
+    Trajectory,
+    Verdict,
+)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class ControlDecision:
-    """The control of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
+    """The control of a cycle, why, its plan, and the search that was made for it, if any."""
 
     control: ControlInput
     verdict: Verdict
     trajectory: Trajectory
     attempt: SqpResult | None = None
+
+
+def status_of(verdict: Verdict, task: Task) -> Status:
+    """The status of a cycle with this verdict, after which the task is `task`."""
+    if verdict.reason is Reason.SEARCHES_PLAN and task.latched:
+        return Status.FAILED
+    if verdict.reason is Reason.SEARCHES_PLAN and task.looks_past:
+        return Status.BLOCKED
+    follows = task.objective.kind is Objective.CONTOURING
+    return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
 
 
 def command(
@@ -44,7 +63,7 @@ def command(
     config: ControllerConfig,
     clock: CycleClock,
 ) -> Command:
-    """The command of a cycle that was told `detections`, and has `remarks` on what else it was told."""
+    """The command of a cycle; `remarks`: on its inputs."""
     plan = decision.trajectory
     if s.clock.offset:
         times = plan.times - s.clock.offset
@@ -68,16 +87,14 @@ def emergency(
     config: ControllerConfig,
     clock: CycleClock,
 ) -> Command:
-    """The command of a cycle that went wrong: of the vehicle only the believed `state` (6,) is known."""
+    """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     begin = s.now - s.clock.offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
-    decision = ControlDecision(control=control, verdict=verdict, trajectory=motion)
+    decision = ControlDecision(control, verdict, motion)
     diagnostics = replace(
-        _diagnose(decision, state, s.goal.pose or pose, s, clock),
-        objective=Objective.CONTOURING,
-        failed=True,
+        _diagnose(decision, state, s.goal.pose or pose, s, clock), objective=Objective.CONTOURING, failed=True
     )
     status = status_of(verdict, s.task)
     return _command(control, state, status, motion, diagnostics, config, s)
@@ -92,9 +109,9 @@ def _command(
     config: ControllerConfig,
     s: ControllerState,
 ) -> Command:
-    """`control`, as it is sent, from the state (6,) that it begins to act in."""
-    believed, disturbance = s.vehicle.monitor.state, s.vehicle.disturbance
-    now = state if believed is None else believed
+    """`control`, as it is sent, from the state (6,) in which it starts to act."""
+    estimate, disturbance = s.vehicle.monitor.state, s.vehicle.disturbance
+    now = state if estimate is None else estimate
     speed = float(state[V]) + config.cycle * disturbance.acting(control.acceleration)
     steering = disturbance.measured_steering(float(state[DELTA])) + config.cycle * control.steering_rate
     return Command(

@@ -1,7 +1,7 @@
 """Creeping out of an overlap: a decision of the user's, `ControllerConfig.escape_speed`.
 
-A way out is an arc at one steering angle on which the overlap with each thing falls from body to body until
-there is none, and the body comes nearer to nothing else. The wheels are turned before the vehicle moves.
+It follows an arc at one steering angle on which each overlap falls from body to body until there is none, and
+the body comes nearer to nothing else. The wheels are turned before the vehicle moves.
 """
 
 from __future__ import annotations
@@ -29,10 +29,8 @@ RISE_TIME = 0.3  # [s], time constant with which the speed is set
 def way_out(
     state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
 ) -> Trajectory | None:
-    """The start of a way out from `state` (6,) at `begin` [s]; None: there is none, or it is not wanted.
-
-    The first control turns the wheels at rest, or creeps; a faster vehicle has to brake.
-    """
+    """The motion out of an overlap from `state` (6,) at `begin` [s]: its first control turns the wheels or
+    creeps. None: there is none, it is not wanted, or the vehicle is too fast."""
     most, speed, standing = config.escape_speed, float(state[V]), STANDSTILL_SPEED
     if most == 0.0 or abs(speed) > most + standing:
         return None

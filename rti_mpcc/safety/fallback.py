@@ -1,19 +1,17 @@
-"""The fallback: which plan is driven, and what is driven instead when there is none.
+"""The fallback: which plan is driven, and what is driven if there is none.
 
-1. The solution of this cycle, if `planning.search.rejection_reason` has none: OSQP calls it solved, all of it
-   is finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack is that of a
-   plan that goes past what is in its way, not through it.
-2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
-   without a complaint, with nothing kept of the solver's last answers.
+1. The solution of this cycle, unless there is a `planning.search.rejection_reason`: OSQP solved it, it is
+   finite, starts within the input limits, obeys the dynamics for 2 s, and goes past everything in its way.
+2. Otherwise, if there is time, a clean retry: from the last valid plan, with nothing kept of the solver.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
    most `PLAN_LIFE`, and as long as the vehicle is within `PLAN_OFFSET` of it.
-4. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill. It stays until
-   there is a plan again, which is then sought from a fresh first guess.
+4. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill, until there is a
+   plan again, from a new first guess.
 
-What is driven by 1 to 3 is checked with the exact body: if it is not clear of everything over the way that
-the vehicle needs to stop in comfort, and a share more, the vehicle brakes instead, along the plan that it was
-driving, as gently as it stands in time. It is blocked until the way has been clear for a while, see
-`planning.stops.halted`. Whatever is driven passes `safety.limiter`.
+Plans of 1 to 3 are checked with the exact body: one that is not clear over the distance that a stop in
+comfort needs, and a share more, is not driven; the vehicle brakes along its last plan, as gently as it stops
+in time. It stays blocked until the plan has been clear for a while, see `planning.stops.halted`. Every
+command passes `safety.limiter`.
 """
 
 from __future__ import annotations
@@ -41,9 +39,9 @@ STOP_DISTANCE = 0.3  # [m] to a contact at which a blocked vehicle means to stan
 STEERING_SPEED = 0.1  # [m/s]; slower, the steering is not turned while braking
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class ControlInput:
-    """What is sent to the vehicle: acceleration [m/s²], steering rate [rad/s], and where it comes from."""
+    """Acceleration [m/s²] and steering rate [rad/s] for the vehicle, and where they come from."""
 
     acceleration: float
     steering_rate: float
@@ -52,9 +50,7 @@ class ControlInput:
 
 def follow(controls: Array, source: Source) -> ControlInput:
     """Drive the first control (3,) of a plan."""
-    return ControlInput(
-        acceleration=float(controls[A]), steering_rate=float(controls[DELTA_DOT]), source=source
-    )
+    return ControlInput(float(controls[A]), float(controls[DELTA_DOT]), source)
 
 
 def brake(
@@ -64,9 +60,9 @@ def brake(
     steering_rate: float = 0.0,
     before: float | None = None,
 ) -> ControlInput:
-    """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than firm.
+    """Brake at `deceleration` [m/s²] to a standstill, softly unless it is harder than firm.
 
-    `steering_rate` is kept on [rad/s]; `before`: deceleration until now [m/s²], or None.
+    `steering_rate` continues [rad/s]; `before`: deceleration until now [m/s²], or None.
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
@@ -75,14 +71,12 @@ def brake(
     else:
         if before is not None and deceleration <= comfort.acceleration:
             wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
-        # The brakes are let go evenly, the faster the harder they were.
+        # The brakes are released evenly, the faster the harder they were.
         jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
         settling = max(SETTLING_TIME, config.cycle)
         wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
     rate = steering_rate if abs(speed) > STEERING_SPEED else 0.0
-    return ControlInput(
-        acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING
-    )
+    return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)
 
 
 def shifted_plan(
@@ -103,16 +97,16 @@ def shifted_plan(
 
 
 def hold(state: Array, config: ControllerConfig, before: float = 0.0) -> ControlInput:
-    """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows.
+    """Stay at a standstill: the rest of the speed fades out gently, so that noise hardly shows.
 
-    `before`: acceleration until now [m/s²]; brakes that stop no more than that speed are let go evenly.
+    `before`: acceleration until now [m/s²]; brakes that stop no more than that speed are released evenly.
     """
     most, speed, jerk = config.limits.acceleration, float(state[V]), config.comfort.jerk
     wanted = max(min(-speed / max(HOLDING_TIME, config.cycle), most), -most)
     if before * speed < 0.0 and before**2 <= 2.0 * jerk * abs(speed):
         step = jerk * config.cycle
         wanted = max(min(wanted, before + step), before - step)
-    return ControlInput(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
+    return ControlInput(wanted, 0.0, Source.STANDSTILL)
 
 
 def turn_wheels(state: Array, angle: float, config: ControllerConfig) -> ControlInput:
@@ -147,11 +141,8 @@ def settling_deceleration(context: PlanningContext, config: ControllerConfig) ->
 
 
 def _eased(speed: float, distance: float, before: float, seconds: float) -> float:
-    """Deceleration [m/s²] after so many seconds of a stop after `distance` [m] whose deceleration changes
-    evenly, from `before` [m/s²] on.
-
-    From v and b it takes T with s = 2/3 v T - b T² / 6; where b would stop it short, it is let go evenly.
-    """
+    """Deceleration [m/s²] after `seconds` of a stop in `distance` [m] whose deceleration changes evenly from
+    `before` [m/s²] on: with s = 2/3 v T - b T² / 6, or released evenly where b would stop it short."""
     root = 4.0 * speed**2 / 9.0 - 2.0 / 3.0 * before * distance
     if root <= 0.0 and before <= 0.0:
         return 0.0  # it stands

@@ -18,10 +18,10 @@ def saturate(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """What is sent so that `control` acts, (O4), from `state` (6,) on, for a vehicle that is `measured` (6,).
+    """The command with which `control` acts, (O4), from `state` (6,) on, for a vehicle `measured` (6,).
 
     Inputs stay within their limits. Speed and steering are not led beyond theirs, nor further out than
-    measured; where they are outside they return, at the rate limit if that is far.
+    measured; from outside they return, at the rate limit if that is far.
     """
     acting = float(state[DELTA])
     acceleration = disturbance.commanded(control.acceleration)
@@ -34,7 +34,7 @@ def saturate(
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
     a = _within(acceleration, float(state[V]), v, *speed, config, disturbance)
     rate = _within(steering_rate, disturbance.measured_steering(acting), delta, *steering, config)
-    return ControlInput(acceleration=a, steering_rate=rate, source=control.source)
+    return ControlInput(a, rate, control.source)
 
 
 def _within(

@@ -1,4 +1,4 @@
-"""What a body meets, or is nearest to: its name, and where, for the reasons of a command."""
+"""The name and place of what a body meets, for the reasons of a command."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def met_by(
 
     Args:
         state: (>= 3,) x, y, phi of the body, and v if it has six entries.
-        ahead: so long after the obstacles were given it is there [s]: those that move may be there by then.
-        within: what is farther from the body than this is not named [m].
+        ahead: time from when the obstacles were given [s], over which they may move.
+        within: farthest distance of what is named [m].
     """
     body = shapely.Polygon(body_polygons(state[None], config.vehicle)[0])
     speed = abs(float(state[V])) if len(state) > V else 0.0
@@ -85,7 +85,7 @@ def _obstacle(obstacle: Obstacle, body: shapely.Polygon, ahead: float, stop: flo
 
 
 def _solid_near(body: shapely.Polygon, area: Area) -> Iterator[_Near]:
-    """What is solid of an area near a body, by its convex pieces."""
+    """The convex pieces of an area's obstacles near a body."""
     middle, around = body.centroid, shapely.get_coordinates(body)
     reach = NEAR + float(np.hypot(*(around - (middle.x, middle.y)).T).max())
     circles, starts = area.grid.circles, area.grid.starts

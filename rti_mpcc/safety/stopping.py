@@ -2,12 +2,59 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 
 from geometry import wrap
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
-from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.ocp.horizon import read_only, stage_lengths, stage_times
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.safety import contact, fallback
 from rti_mpcc.types import Array, Trajectory
+
+BRAKING_OFFSET = (0.2, 0.1)  # [m], [rad]; a plan that passes farther from the vehicle is not braked along
+LEAST_DECELERATION = 1e-3  # [m/s²] of a motion that is checked
+
+
+def braking(
+    context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
+) -> Trajectory:
+    """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan that it is near to."""
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+    times = stage_times(context.begin, lengths)
+    motion = None if along is None else _stopping_along(along, context.state, times, deceleration)
+    return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
+
+
+def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig) -> Trajectory:
+    """The motion along a plan that stops after the whole distance that is checked for a stop."""
+    speed = float(context.state[V])
+    need = contact.stopping_distance(speed, config)
+    return braking(context, max(speed**2 / (2.0 * need), LEAST_DECELERATION), config, plan)
+
+
+def braking_in_time(
+    s: ControllerState,
+    context: PlanningContext,
+    wanted: float,
+    config: ControllerConfig,
+    along: Trajectory | None = None,
+) -> tuple[Trajectory, float]:
+    """The gentlest braking that stops before a contact, and its deceleration [m/s²], `wanted` at least.
+
+    `along`: a plan to brake along, where that is as gentle as with the steering held.
+    """
+    speed, found = float(context.state[V]), []
+    for plan in (None,) if along is None else (along, None):
+        motion = braking(context, wanted, config, plan)
+        distance = contact.clear_distance(s, motion, config)
+        needed = wanted if distance == inf else max(wanted, fallback.before_contact(speed, distance, config))
+        found.append((motion, needed, plan))
+    motion, needed, plan = min(found, key=lambda each: each[1])
+    return (motion if needed == wanted else braking(context, needed, config, plan)), needed
 
 
 def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: float) -> Trajectory:
@@ -33,19 +80,15 @@ def arc(state: Array, ways: Array, steering: float, wheelbase: float) -> Array:
     return states
 
 
-def stopping_along(
-    plan: Trajectory, state: Array, times: Array, deceleration: float, near: tuple[float, float]
-) -> Trajectory | None:
-    """Constant `deceleration` [m/s²] from `state` (6,) to rest beside a plan, at `times` (N+1,) [s].
-
-    None where the vehicle is not as `near` it [m], [rad], or the plan goes the other way.
-    """
+def _stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: float) -> Trajectory | None:
+    """The same beside a plan; None where the vehicle is not near it, or the plan goes the other way."""
     travelled, states = _way_of(plan)
     speed, here = abs(float(state[V])), _distance_to(state, states, travelled)
     at_here = _states_at(states, travelled, np.array([here]))[0]
     off = state - at_here
     aside, turned = float(np.hypot(off[X], off[Y])), abs(float(wrap(off[PHI])))
-    if aside > near[0] or turned > near[1] or float(at_here[V] * state[V]) <= 0.0:
+    position, heading = BRAKING_OFFSET
+    if aside > position or turned > heading or float(at_here[V] * state[V]) <= 0.0:
         return None
     elapsed = np.minimum(times - times[0], speed / deceleration)
     left = here + speed * elapsed - 0.5 * deceleration * elapsed**2
@@ -58,21 +101,21 @@ def stopping_along(
     return _with_controls(times, found)
 
 
-def way_left(plan: Trajectory, state: Array) -> float:
-    """Way from the place on a plan that is nearest to `state` (6,) to the plan's end [m]."""
+def distance_to_end(plan: Trajectory, state: Array) -> float:
+    """Distance [m] along a plan from its place nearest to `state` (6,) to its end."""
     travelled, states = _way_of(plan)
     return float(travelled[-1]) - _distance_to(state, states, travelled)
 
 
 def _way_of(plan: Trajectory) -> tuple[Array, Array]:
-    """The ways (n,) [m] that a plan has driven at its states (n, 6), without those where it stands."""
+    """Distances (n,) [m] that a plan has driven at its states (n, 6), without those where it stands."""
     steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
     driven = np.append(True, steps > 1e-9)
     return np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
 
 
 def _distance_to(state: Array, states: Array, travelled: Array) -> float:
-    """The way (of `travelled` (n,) at `states` (n, 6)) [m] at which their polyline is nearest to `state`."""
+    """The distance [m] at which the polyline of `states` (n, 6) is nearest to `state`."""
     if len(states) < 2:
         return 0.0
     place = states[:, X] + 1j * states[:, Y]
@@ -84,7 +127,7 @@ def _distance_to(state: Array, states: Array, travelled: Array) -> float:
 
 
 def _states_at(states: Array, travelled: Array, at: Array) -> Array:
-    """States (m, 6) where the ways `at` (m,) [m] are driven; straight on behind the end."""
+    """States (m, 6) after the distances `at` (m,) [m]; straight on behind the end."""
     found = np.stack([np.interp(at, travelled, column) for column in states.T], axis=-1)
     beyond = np.maximum(at - travelled[-1], 0.0) * np.sign(states[0, V])
     found[:, X] += beyond * np.cos(found[:, PHI])

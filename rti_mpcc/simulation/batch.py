@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from joblib import Parallel, delayed, parallel_config
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.process import prepare_process
+from rti_mpcc.kernels import prepare_process
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.controllers import driver_of
 from rti_mpcc.simulation.metrics import summary

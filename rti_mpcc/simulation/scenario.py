@@ -229,7 +229,7 @@ class Scenario(Section):
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
             yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
         for key, goal in self._goals(path):
-            problem = goals.checked(goal, path, corridor, self.vehicle).problem
+            problem = goals.checked_goal(goal, path, corridor, self.vehicle).problem
             if problem:
                 value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
                 yield KeyProblem(key, value, f"out of reach, {problem}")

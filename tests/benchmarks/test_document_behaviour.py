@@ -4,7 +4,7 @@ from pathlib import Path
 from shutil import copy
 
 from benchmarks import document_behaviour
-from rti_mpcc.behaviour.transitions import TRANSITIONS, Event
+from rti_mpcc.behaviour.transitions import Event
 
 
 def test_the_page_is_what_the_code_says(tmp_path: Path) -> None:
@@ -17,5 +17,4 @@ def test_the_page_is_what_the_code_says(tmp_path: Path) -> None:
 
 def test_every_event_is_in_the_table_on_the_page() -> None:
     text = document_behaviour.PAGE.read_text()
-    assert {row.event for row in TRANSITIONS} == set(Event)
     assert all(f"| {event.name} | {event.value} |" in text for event in Event)

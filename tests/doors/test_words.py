@@ -86,8 +86,8 @@ def box(x: float, y: float, length: float = 1.0, width: float = 1.0) -> Any:
 @pytest.mark.parametrize(
     ("goal", "says"),
     [
-        (FAR, "885 m from the path's last part, at most 20 m"),
-        ((15.0, 0.0, 0.0), "no Pose2 but a tuple"),
+        (FAR, "885 m from the path's end (at most 20 m)"),
+        ((15.0, 0.0, 0.0), "expected Pose2, got tuple"),
         (Pose2(15.0, 0.0, 3.0), "turned by 3 rad from the path"),
         (BESIDE, "a boundary lies between it and the path"),
         (Pose2(15.0, 3.5, 0.0), "crosses a boundary or obstacle by 0.534 m"),
@@ -138,7 +138,7 @@ def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docke
     assert not any(each.docked for each in ride.commands)
     assert last.goal is not None
     assert (last.goal.pose, last.goal.source) == (older, GoalOrigin.GIVEN)
-    assert "goal (15, 6, 0) out of reach, a boundary lies between it" in last.diagnostics.reason
+    assert "goal (15, 6, 0) rejected: a boundary lies between it" in last.diagnostics.reason
     assert ride.drive(1.0, goal=older).docked  # asked for once more
 
 
@@ -320,7 +320,7 @@ def test_a_blocked_vehicle_names_what_fills_its_way_and_where_and_how_far() -> N
         30.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [across]
     )
     assert last.status is Status.BLOCKED
-    assert "what fills the way: obstacles[0] at (12." in last.diagnostics.reason
+    assert "something blocks the route: obstacles[0] at (12." in last.diagnostics.reason
     assert last.diagnostics.reason.endswith(" m ahead")
 
 

@@ -362,7 +362,7 @@ class Ride:
         goal = self.asked
         if command.status is Status.FAILED and not command.diagnostics.reason:
             self.broke("reason", f"none {now}")
-        if "mistake in this program" in command.diagnostics.reason:
+        if "internal error" in command.diagnostics.reason:
             self.broke("mistake", f"{command.diagnostics.reason} {now}")
         self.trace.append((plant.time, plant.x, plant.y, plant.phi, plant.v, command.acceleration))
         if goal is not None and self.place != "mission":
@@ -383,7 +383,7 @@ class Ride:
     def refused(self) -> bool:
         """Whether it ended at rest because the goal that was asked for is out of reach, and says so."""
         last = self.commands[-1]
-        return last.status is Status.GOAL_REJECTED and "out of reach" in last.diagnostics.reason
+        return last.status is Status.GOAL_REJECTED and "rejected" in last.diagnostics.reason
 
     def _judge_end(self, plant: PlantState, stood: float, docked: float) -> None:
         command, goal = self.commands[-1], self.asked

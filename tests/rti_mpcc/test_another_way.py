@@ -93,7 +93,7 @@ def test_a_goal_that_the_last_part_of_a_path_misses_is_come_to_by_another_way_fr
     }
     result = simulate(scenario_from_dict(tables))
     figures = summary(result)
-    assert result.cycles.reason[0].startswith("planning a way: ")
+    assert result.cycles.reason[0].startswith("planning a route: ")
     assert figures["docked"]
     assert figures["direction_changes"] <= 1
     assert figures["time_to_dock_s"] <= 1.15 * figures["expected_time_s"]

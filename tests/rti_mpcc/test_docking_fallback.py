@@ -173,21 +173,21 @@ def test_an_odd_goal_is_not_taken_and_the_last_one_stays(odd: Any) -> None:
     controller.step(STATE, now=0.0, goal=goal)
     command = controller.step(STATE, now=0.05, goal=odd)
     assert command.source is Source.SOLUTION
-    assert "the last one stays" in command.diagnostics.reason
+    assert "keeping the previous goal" in command.diagnostics.reason
     assert (command.diagnostics.aim.x, command.diagnostics.aim.y) == pytest.approx((goal.x, goal.y))
 
 
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"goal": (1, 2, 3)}, "goal is no Pose2 but a tuple"),
-        ({"goal": "x"}, "goal is no Pose2 but a str"),
-        ({"measurements": [(1, 2, 3)]}, "measurements[0] is no GoalMeasurement but a tuple, left out"),
-        ({"measurements": 5}, "measurements are no sequence but int, left out"),
+        ({"goal": (1, 2, 3)}, "goal rejected: expected Pose2, got tuple"),
+        ({"goal": "x"}, "goal rejected: expected Pose2, got str"),
+        ({"measurements": [(1, 2, 3)]}, "measurements[0] ignored: expected GoalMeasurement, got tuple"),
+        ({"measurements": 5}, "measurements ignored: expected a sequence, got int"),
         ({"measurements": None}, ""),
-        ({"state": None}, "state is no VehicleState but None"),
-        ({"state": (1.0, 2.0)}, "state is no VehicleState but a tuple"),
-        ({"state": replace(STATE, phi="east")}, "state.phi is no number but 'east'"),  # type: ignore[arg-type]
+        ({"state": None}, "expected VehicleState, got None"),
+        ({"state": (1.0, 2.0)}, "expected VehicleState, got tuple"),
+        ({"state": replace(STATE, phi="east")}, "state.phi is not a number: 'east'"),  # type: ignore[arg-type]
         ({"now": nan}, "clock"),
     ],
 )

@@ -34,8 +34,8 @@ def controller(**settings: Any) -> DockingController:
         (FENCED, Pose2(10.0, 4.0, 0.0), "crosses a boundary or obstacle by"),
         (LANE, Pose2(10.0, 8.0, 0.0), "a boundary lies between it and the path"),
         (LANE, Pose2(10.0, 1e11, 0.0), "coordinates at most 1e+10 m"),
-        (LANE, Pose2(500.0, 0.0, 0.0), "488 m from the path's last part, at most 20 m"),
-        (LANE, Pose2(LENGTH, 0.0, pi), "turned by 3.142 rad from the path beside it, at most 1.571 rad"),
+        (LANE, Pose2(500.0, 0.0, 0.0), "488 m from the path's end (at most 20 m)"),
+        (LANE, Pose2(LENGTH, 0.0, pi), "turned by 3.142 rad from the path (at most 1.571 rad)"),
     ],
 )
 def test_a_goal_out_of_reach_is_not_driven_to_and_every_command_says_why(
@@ -46,7 +46,7 @@ def test_a_goal_out_of_reach_is_not_driven_to_and_every_command_says_why(
     run = list(drive(scenario, 19.0, controller=docking, goal_at=lambda now: goal if now < 5.0 else None))
     for plant, command in run:
         reason = command.diagnostics.reason
-        assert f"goal ({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g}) out of reach" in reason
+        assert f"goal ({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g}) rejected" in reason
         assert said in reason
         assert (command.status, command.goal) == (Status.GOAL_REJECTED, None)
         assert not command.docked
@@ -65,13 +65,13 @@ def test_a_goal_in_an_obstacle_is_taken_once_that_has_gone_and_kept_when_it_come
     assert aim(good, [], 0.0) == (11.0, "")
     x, reason = aim(taken, [OBSTACLE], 0.05)
     assert x == 11.0
-    assert reason.startswith("goal (12, 0.5, 0) out of reach, the body there crosses a boundary or obstacle")
-    assert reason.endswith("the last one stays")
+    assert reason.startswith("goal (12, 0.5, 0) rejected: the body there crosses a boundary or obstacle")
+    assert reason.endswith("keeping the previous goal")
     assert aim(taken, [OBSTACLE], 0.1)[0] == 11.0
     assert aim(taken, [], 0.15) == (LENGTH, "")
     x, reason = aim(taken, [OBSTACLE], 0.2)
     assert x == LENGTH
-    assert "out of reach" not in reason
+    assert "rejected" not in reason
 
 
 @pytest.mark.parametrize("room", [0.03, 0.05, 0.09])
@@ -101,7 +101,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
     assert command.diagnostics.aim == planned
     assert "goal detected at (12, 2.6" in command.diagnostics.reason
     assert "crosses a boundary or obstacle" in command.diagnostics.reason
-    assert command.diagnostics.reason.endswith("the last one stays")
+    assert command.diagnostics.reason.endswith("keeping the previous goal")
 
 
 # -- planned values --------------------------------------------------------------------

@@ -106,7 +106,7 @@ def test_a_goal_given_later_is_waited_for() -> None:
     assert_stood(drive, 0.0, WAITS)
     before = drive.between(0.0, WAITS)
     assert {command.status for command in drive.commands[before]} == {Status.PLANNING}
-    assert set(drive.reasons[before]) == {"planning a way: there is no goal yet"}
+    assert set(drive.reasons[before]) == {"planning a route: there is no goal yet"}
 
 
 @pytest.mark.parametrize("off", [(0.0, 0.0, 0.0), (0.03, -0.04, 0.03)], ids=["exactly", "nearly"])
@@ -127,16 +127,16 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
 @pytest.mark.parametrize(
     ("bad", "statuses", "said"),
     [
-        (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) out of reach, the body there crosses a boundary or"),
+        (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) rejected: the body there crosses a boundary or"),
         (
             Pose2(3.3, 4.0, 0.0),
             {Status.PLANNING, Status.STALLED},
-            "has a clearance of 0.022 m, at least 0.05",
+            "clearance of 0.022 m, at least 0.05",
         ),
-        (NAN, REJECTED, "goal (nan, 4.0, 0.0) not finite"),
-        (Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) out of reach, it is beyond the boundary of the"),
-        (Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) out of reach, it is beyond the boundary of"),
-        (Pose2(14.0, 1e7, 0.0), REJECTED, "goal (14, 1e+07, 0) out of reach"),
+        (NAN, REJECTED, "goal (nan, 4.0, 0.0) rejected: not finite"),
+        (Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) rejected: outside the boundary of the"),
+        (Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) rejected: outside the boundary of"),
+        (Pose2(14.0, 1e7, 0.0), REJECTED, "goal (14, 1e+07, 0) rejected"),
     ],
     ids=["in a wall", "too near to one", "NaN", "outside", "outside in y", "far outside in y"],
 )
@@ -201,7 +201,7 @@ def test_for_another_goal_it_brakes_and_replans_but_not_for_one_near_the_last(go
         assert Status.PLANNING not in {command.status for command in drive.commands[60:]}
         return
     assert (told.status, told.source) == (Status.PLANNING, Source.BRAKING)
-    assert told.diagnostics.reason == "planning a way: the goal is elsewhere"
+    assert told.diagnostics.reason == "planning a route: the goal has moved"
     braking = [command for command in drive.commands if command.source is Source.BRAKING]
     assert max(abs(command.acceleration) for command in braking) < 1.5 * BRISK.comfort_acceleration
 

@@ -67,7 +67,7 @@ def test_a_wall_that_comes_into_view_on_a_long_path_is_stopped_before_on_the_pat
     scenario = straight(1, 90.0, speed=3.0, duration=32.0)
     result = simulate(scenario, obstacles_at=present(wall(scenario.build_path(), 50.0, 3.2), 0.0, 99.0))
     assert any(
-        "a stop before what is in the way: obstacles[0] at (49." in reason for reason in result.cycles.reason
+        "a stop in front of an obstacle: obstacles[0] at (49." in reason for reason in result.cycles.reason
     )
     assert result.cycles.status[-1] is Status.BLOCKED
     assert abs(result.truth.v[-1]) <= 0.02

@@ -119,7 +119,7 @@ def test_from_the_first_cycle_on_a_plan_is_driven_and_it_docks(name: str, direct
     assert run[-1][1].docked, run[-1][1].diagnostics.reason
     (first, command), planning = run[0], [command.status is Status.PLANNING for _, command in run]
     if name == BEHIND:
-        assert command.diagnostics.reason == "planning a way: the first plan misses the goal"
+        assert command.diagnostics.reason == "planning a route: the first plan misses the goal"
         assert all(plant.v == 0.0 for plant, _ in run[: planning.index(False)])
         return
     assert command.source is Source.SOLUTION, command.diagnostics.reason

@@ -38,7 +38,7 @@ LAYERS = (
     "cli",
 )
 # Every layer may import these; they import geometry and one another only.
-FOUNDATION = ("config", "types", "errors", "kernels", "process", "version", "_shadow")
+FOUNDATION = ("config", "types", "errors", "kernels", "version", "_shadow")
 RANK = (
     {"geometry": 0}
     | dict.fromkeys(FOUNDATION, 1)

@@ -21,7 +21,7 @@ def told(controller: DockingController, goal: Pose2) -> Command:
 def test_a_goal_far_beyond_the_area_is_refused_in_either_axis(x: float, y: float) -> None:
     command = told(DockingController.in_area(YARD, ControllerConfig()), Pose2(x, y, 0.0))
     assert command.status is Status.GOAL_REJECTED
-    assert "it is beyond the boundary of the area" in command.diagnostics.reason
+    assert "outside the boundary of the area" in command.diagnostics.reason
     assert command.acceleration == 0.0
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -7,8 +9,10 @@ import shapely
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.manoeuvre import along
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.obstacles import Obstacle, observed
+from rti_mpcc.planning.state import ControllerState, Task
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety import contact
@@ -29,6 +33,17 @@ def corridor(direction: int = 1, wall_at: float | None = WALL_AT, width: float =
     return Corridor.from_offsets(path, left=width, right=-width, obstacles=walls)
 
 
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+
+
+def around(inside: Corridor) -> Surroundings:
+    return Surroundings.of(inside, PATH, CONFIG)
+
+
+def known(area: Surroundings) -> ControllerState:
+    return ControllerState(area=area, path=PATH, task=Task(segments=along(PATH, CONFIG)))
+
+
 def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:
     """At constant speed from x = `begin` to `end` [m] in 10 s; the stages are coarser than the check."""
     times = np.linspace(0.0, 10.0, n + 1)
@@ -42,7 +57,7 @@ def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0,
 
 
 def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
-    return contact.distance_to_contact(plan, inside, 0, CONFIG, reach, least=LEAST)
+    return contact.distance_to_contact(known(around(inside)), plan, CONFIG, reach, LEAST)
 
 
 @pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
@@ -104,11 +119,6 @@ LEFT = 3.0 - 0.5 * CONFIG.vehicle.width
 """Where the flank touches the left boundary [m]."""
 
 
-def around(inside: Corridor) -> Surroundings:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-    return Surroundings.of(inside, path, CONFIG)
-
-
 def test_what_is_overlapped_is_told_with_its_depth_and_its_place() -> None:
     found = contact.overlap(at(IN), around(corridor()), 0, CONFIG)
     assert found is not None
@@ -140,7 +150,8 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
 
 
 def way_to(walker: Obstacle, plan: Trajectory) -> float:
-    return contact.distance_to_moving(plan, [walker], 0.0, CONFIG, np.inf)
+    area = replace(around(corridor(wall_at=None)), obstacles=(walker,))
+    return contact.distance_to_moving(known(area), plan, CONFIG)
 
 
 def test_what_moves_is_met_where_another_library_says() -> None:
