@@ -41,9 +41,9 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
 
 def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
     """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
-    believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
-    assert believed is not None
-    return known.effective(by_commands(believed, s.queue, s.now, at, config, known))
+    estimate, known = s.vehicle.monitor.state, s.vehicle.disturbance
+    assert estimate is not None
+    return known.effective(by_commands(estimate, s.queue, s.now, at, config, known))
 
 
 def context_of(
