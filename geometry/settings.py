@@ -33,7 +33,7 @@ _UNIT = re.compile(r"\[([^\]]+)\]")
 class Settings(BaseModel):
     """A frozen group of settings; a bad value raises `ConfigError` with field, value, unit and range.
 
-    `former` says of each former setting what it is now: its new name, or `CONSTANT`.
+    `former` says of former settings, blanks between them, what they are now: a new name, or `CONSTANT`.
     """
 
     former: ClassVar[Mapping[str, str]] = {}
@@ -123,8 +123,8 @@ def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
     owner, names = _owner(cls, item["loc"])
     if item["type"] == "extra_forbidden":
         name = str(item["loc"][-1])
-        former = owner.former.get(name, "") if issubclass(owner, Settings) else ""
-        if former:
+        table = owner.former.items() if issubclass(owner, Settings) else ()
+        if former := next((now for old, now in table if name in old.split()), ""):
             return f"{field} is not a setting any more, but {former}"
         return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
     unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""

@@ -7,12 +7,17 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, ControllerConfig
-from rti_mpcc.config.decisions import Ride
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mission import MissionSettings
-from rti_mpcc.config.mpc import Clearance, DockingObjective, SolverSettings, Weights
+from rti_mpcc.config.mpc import (
+    Clearance,
+    DockingObjective,
+    GoalTracking,
+    Plausibility,
+    SolverSettings,
+    Weights,
+)
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
+from rti_mpcc.config.vehicle import Comfort, Limits, Ride, Vehicle
 
 __all__ = [
     "COMFORT_ACCELERATION",

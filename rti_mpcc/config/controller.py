@@ -13,12 +13,18 @@ from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.doors import door
 from geometry.errors import ConfigError
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean
-from rti_mpcc.config.decisions import Ride
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mission import MissionSettings
-from rti_mpcc.config.mpc import CONTACT_TOLERANCE, Clearance, DockingObjective, SolverSettings, Weights
+from rti_mpcc.config.mpc import (
+    CONTACT_TOLERANCE,
+    Clearance,
+    DockingObjective,
+    GoalTracking,
+    Plausibility,
+    SolverSettings,
+    Weights,
+)
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Vehicle
+from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Ride, Vehicle
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
@@ -33,11 +39,6 @@ BRISK_SHARE = 0.98  # the same of a brisk ride: its time has the ramps for a res
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
-DECISIONS = (
-    "fallback", "escape", "behaviour", "retries", "arrival_timing", "search", "guesses", "goal_limits",
-    "obstacle_tracking", "user_clock", "progress",
-)  # fmt: skip
-"""Former groups of settings whose numbers stand beside the code that uses them."""
 TIGHT = 0.03
 """Where the least clearance is no more than this [m], plans go as near as that."""
 PAPER = "rti_mpcc.paper"
@@ -80,17 +81,12 @@ class ControllerConfig(Settings):
     former: ClassVar = {
         "footprint": "clearance.wanted (its margin) and constants",
         "caution": "clearance.least (its hard_minimum) and constants",
-        **dict.fromkeys(DECISIONS, CONSTANT),
-        "narrow_passage": CONSTANT,
-        "bound_relaxation": CONSTANT,
-        "fine_stage": CONSTANT,
-        "corridor_rows": CONSTANT,
         "arrival": "objective, which says whether it plans one",
         "method": "objective (`rti_mpcc.paper.with_method`)",
         "staging": "objective.staging, of the baselines (`rti_mpcc.paper`)",
-        "speed_profile": "objective.speed_profile, of the paper's (`rti_mpcc.paper`)",
-        "progress_reverses": "objective.progress_reverses, of the paper's (`rti_mpcc.paper`)",
-        "reference_turns": "objective.reference_turns, of the paper's (`rti_mpcc.paper`)",
+        "speed_profile progress_reverses reference_turns": "in the paper's `objective` (`rti_mpcc.paper`)",
+        "fallback escape behaviour retries arrival_timing search guesses goal_limits obstacle_tracking "
+        "user_clock progress narrow_passage bound_relaxation fine_stage corridor_rows": CONSTANT,
     }
 
     vehicle: Vehicle = Vehicle()
@@ -134,16 +130,11 @@ class ControllerConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.comfort_acceleration > self.limits.acceleration:
-            raise ValueError(
-                f"comfort_acceleration = {self.comfort_acceleration} m/s² must not be above "
-                f"limits.acceleration = {self.limits.acceleration} m/s²"
-            )
-        rate, most = self.comfort_steering_rate, self.limits.steering_rate
-        if rate > most and "comfort_steering_rate" in self.model_fields_set:
-            raise ValueError(
-                f"comfort_steering_rate = {rate} rad/s must not be above limits.steering_rate = {most} rad/s"
-            )
+        for name, unit in (("acceleration", "m/s²"), ("steering_rate", "rad/s")):
+            comfort, most = getattr(self, f"comfort_{name}"), getattr(self.limits, name)
+            if comfort > most and (name == "acceleration" or f"comfort_{name}" in self.model_fields_set):
+                said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
+                raise ValueError(said)
         return self
 
     @property

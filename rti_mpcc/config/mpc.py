@@ -1,4 +1,4 @@
-"""What the optimal control problem asks for, what it keeps from obstacles, and how exactly it is solved."""
+"""What the optimal control problem asks for and keeps, how exactly it is solved, and what comes in."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, model_serializer, model_validator
 
+from estimation import GoalFilterConfig
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Triple
 
 T = TypeVar("T")
@@ -31,15 +32,12 @@ class Weights(Settings):
             [s⁴/m²], [s²/rad²], while contouring and during an arrival.
     """
 
-    former: ClassVar = dict.fromkeys(
-        (
-            *("lateral_acceleration", "heading_at_end", "terminal_lag", "terminal_heading", "stage_length"),
-            *("bound_distance", "bound_distance_reach", "bound_speed", "bound_speed_reach"),
-        ),
-        "a setting of `objective`, of ControllerConfig.paper() only",
-    ) | dict.fromkeys(
-        ("arrival_contouring", "comfort_ease", "comfort_clip", "goal_clip", "firm_time"), CONSTANT
-    )
+    former: ClassVar = {
+        "lateral_acceleration heading_at_end terminal_lag terminal_heading stage_length bound_distance "
+        "bound_distance_reach bound_speed bound_speed_reach": "a setting of `objective`, "
+        "of ControllerConfig.paper() only",
+        "arrival_contouring comfort_ease comfort_clip goal_clip firm_time": CONSTANT,
+    }
 
     lag: NonNegative = 1e3
     contouring: NonNegative = 1.0
@@ -100,14 +98,10 @@ class SolverSettings(Settings):
         max_iterations: of one QP; a QP that needs more is not accepted.
     """
 
-    former: ClassVar = dict.fromkeys(
-        (
-            *("fine_tolerance", "fine_iterations", "slice_iterations", "check_interval", "polish", "warm"),
-            *("cold", "retry", "change_weight", "idle_weight", "bound_unit", "row_scaling_from"),
-            "row_scaling_most",
-        ),
-        CONSTANT,
-    )
+    former: ClassVar = {
+        "fine_tolerance fine_iterations slice_iterations check_interval polish warm cold retry change_weight "
+        "idle_weight bound_unit row_scaling_from row_scaling_most": CONSTANT,
+    }
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
@@ -136,3 +130,34 @@ class DockingObjective(Settings):
     @model_serializer(mode="wrap")
     def _with_kind(self, write: Any) -> dict[str, Any]:
         return {"kind": type(self).__name__, **write(self)}
+
+
+class GoalTracking(Settings):
+    """How the controller drives to a goal that it knows from detections.
+
+    Attributes:
+        filter: of the detections, see `GoalFilterConfig`.
+        standoff: distance along the path to a goal that is not certain enough, where the vehicle stops [m].
+        required: the goal must have been detected; at a planned goal that was not, the vehicle waits, and is
+            not docked. Also loads the filter at the start rather than with the first detection.
+    """
+
+    filter: GoalFilterConfig = GoalFilterConfig()
+    standoff: NonNegative = 1.0
+    required: bool = False
+
+
+class Plausibility(Settings):
+    """How far a measurement may be from what the commands have made of the vehicle before it is doubted.
+
+    Attributes:
+        position, heading, speed, steering: at most so far [m], [rad], [m/s], [rad]; what model errors explain
+            in the time between two cycles comes on top.
+        blind: so long the last plan is driven on by reckoning before the vehicle brakes [s].
+    """
+
+    position: Positive = 0.3
+    heading: Positive = 0.3
+    speed: Positive = 1.0
+    steering: Positive = 0.3
+    blind: NonNegative = 0.3

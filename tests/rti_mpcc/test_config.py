@@ -11,9 +11,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from geometry import InputError
 from geometry.settings import Settings
-from rti_mpcc import Clearance, ControllerConfig, Limits, RtiMpccError, SolverSettings, Vehicle, Weights
+from rti_mpcc import Clearance, ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.errors import ConfigError
 
 REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
@@ -59,10 +58,7 @@ def test_an_unknown_setting_is_refused(make: Callable[..., Any]) -> None:
     ("values", "said"),
     [
         ({"footprint": {"margin": 0.1}}, "footprint is not a setting any more, but clearance.wanted"),
-        (
-            {"caution": {"hard_minimum": 0.1}},
-            "caution is not a setting any more, but clearance.least",
-        ),
+        ({"caution": {"hard_minimum": 0.1}}, "caution is not a setting any more, but clearance.least"),
         ({"solver": {"polish": True}}, "polish is not a setting any more, but a constant"),
         ({"weights": {"bound_speed": 20.0}}, "bound_speed is not a setting any more, but a setting of `obj"),
         ({"method": "separated"}, "method is not a setting any more, but objective"),
@@ -90,11 +86,6 @@ def test_a_comfort_above_the_acceleration_limit_is_refused() -> None:
 def test_everything_that_is_wrong_is_said_at_once() -> None:
     with pytest.raises(ConfigError, match=r"cycle = 9\.0: .*stages = 1: "):
         ControllerConfig(cycle=9.0, stages=1)
-
-
-def test_the_error_is_an_input_error_of_this_package() -> None:
-    assert issubclass(ConfigError, RtiMpccError)
-    assert issubclass(ConfigError, InputError) or issubclass(ConfigError, ValueError)
 
 
 def test_settings_cannot_be_changed_and_take_no_positions() -> None:
