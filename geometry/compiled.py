@@ -121,7 +121,7 @@ def _digest() -> str:
 
 def directory() -> Path:
     """Return where the kernels of these sources are kept. Raises RuntimeError: the user has no home."""
-    return kept.directory() / _digest()
+    return kept.user_directory() / _digest()
 
 
 def load() -> int:
@@ -180,7 +180,7 @@ class _Kernel:
         self.function.__globals__[self.function.__name__] = self.run
 
     def _cached(self, signature: Any) -> Any:
-        kept.private(kept.directory())
+        kept.private(kept.user_directory())
         before, config.CACHE_DIR = config.CACHE_DIR, str(directory())
         try:
             return numba.jit(signature, cache=True, **_OPTIONS)(self.function)

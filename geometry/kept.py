@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 
-def directory() -> Path:
+def user_directory() -> Path:
     """Return where compiled kernels are kept: NUMBA_CACHE_DIR, or a directory for such files of the user's.
 
     Raises:

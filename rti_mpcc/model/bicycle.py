@@ -24,7 +24,7 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, POSE, STATES,
 from rti_mpcc.types import Array, Trajectory
 
 
-class Step(NamedTuple):
+class ModelStep(NamedTuple):
     """One step of n stages: the states reached (n, 6) and what their poses gain by what they began with.
 
     Attributes:
@@ -111,7 +111,7 @@ def _step_one(
 
 
 @inner
-def advance(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
+def propagate(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
     """One step of length h from `state`, into `reached`, which may be the same."""
     a, rate = control[A], control[DELTA_DOT]
     dx, dy, turn = _change(state[PHI], state[V], state[DELTA], a, rate, h, wheelbase)
@@ -126,7 +126,7 @@ def advance(state: Array, control: Array, h: float, wheelbase: float, reached: A
 @kernel
 def _step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2) -> None:
     for k in range(len(lengths)):
-        advance(states[k], controls[k], lengths[k], wheelbase, reached[k])
+        propagate(states[k], controls[k], lengths[k], wheelbase, reached[k])
 
 
 def defects(states: Array, controls: Array, lengths: Array, wheelbase: float) -> tuple[float, float]:
@@ -141,7 +141,7 @@ def defects(states: Array, controls: Array, lengths: Array, wheelbase: float) ->
 def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> tuple[float, float]:
     reached, position, heading = np.empty(STATES), 0.0, 0.0
     for k in range(len(lengths)):
-        advance(states[k], controls[k], lengths[k], wheelbase, reached)
+        propagate(states[k], controls[k], lengths[k], wheelbase, reached)
         position += hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y])
         heading += abs(reached[PHI] - states[k + 1, PHI])
     return position, heading
@@ -163,7 +163,7 @@ def _extremes(
     reached, position, heading, a, rate = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
     speed, angle = abs(states[0, V]), abs(states[0, DELTA])
     for k in range(len(controls)):
-        advance(states[k], controls[k], times[k + 1] - times[k], wheelbase, reached)
+        propagate(states[k], controls[k], times[k + 1] - times[k], wheelbase, reached)
         position = max(position, hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y]))
         heading = max(heading, abs(reached[PHI] - states[k + 1, PHI]))
         speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
@@ -174,7 +174,7 @@ def _extremes(
 @kernel
 def _rollout(controls: Array2, lengths: Array1, wheelbase: float, states: Out2) -> None:
     for k in range(len(lengths)):
-        advance(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
+        propagate(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
 
 
 _TIMES = (0.0, 0.5, 1.0)
@@ -188,7 +188,7 @@ _TURNED_FOR = (0.0, 0.5, 0.5, 1.0)
 rate at which the heading has been turning, and for how long it has."""
 
 
-def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
+def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> ModelStep:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
 
     With g_j = h/6 (1, 2, 2, 1) of (M3),
@@ -203,7 +203,7 @@ def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: f
     """
     reached, pose_by = np.empty_like(states), np.zeros((len(lengths), POSE, 5))
     _linearised_step(states, controls, lengths, wheelbase, reached, pose_by)
-    return Step(reached, pose_by, lengths)
+    return ModelStep(reached, pose_by, lengths)
 
 
 @kernel

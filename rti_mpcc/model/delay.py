@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array2, Out1, kernel
-from rti_mpcc.model.bicycle import advance
+from rti_mpcc.model.bicycle import propagate
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, acting_steering
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A
 from rti_mpcc.types import Array
@@ -76,7 +76,7 @@ def _roll_forward(
         delta = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
         control[A] = gain * a + d
         control[DELTA_DOT] = (acting_steering(delta, o, turn) - state[DELTA]) / seconds
-        advance(state, control, seconds, wheelbase, state)
+        propagate(state, control, seconds, wheelbase, state)
         begin = end
     state[DELTA] = delta
 

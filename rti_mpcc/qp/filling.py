@@ -27,7 +27,7 @@ from geometry.compiled import (
     kernel,
 )
 from rti_mpcc.config import Comfort
-from rti_mpcc.model.bicycle import Step
+from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
@@ -235,7 +235,7 @@ def _fill_curvature(
         data[slots[k, heading]] += scale * units[PHI] ** 2 * max(bulge, 0.0)
 
 
-def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Array) -> None:
+def fill_dynamics(values: QpValues, pattern: QpPattern, step: ModelStep, states: Array) -> None:
     """dF/dz, dF/du and the defects of `states` (N+1, 6)."""
     groups, scales = pattern.constraints.groups, pattern.constraints.scales
     count = len(step.lengths)

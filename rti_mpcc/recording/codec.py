@@ -60,7 +60,7 @@ def structured(data: Data, kind: type[T]) -> T:
     return value
 
 
-def prepare(*kinds: Any) -> None:
+def prepare_codec(*kinds: Any) -> None:
     """Generate the code that writes and reads these kinds: the first value would do it in a cycle."""
     for kind in kinds:
         _converter.get_unstructure_hook(kind)

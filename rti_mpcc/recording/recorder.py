@@ -19,7 +19,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.qp.problem import dump_problem
-from rti_mpcc.recording.codec import as_recorded, pose_of, prepare, to_line
+from rti_mpcc.recording.codec import as_recorded, pose_of, prepare_codec, to_line
 from rti_mpcc.recording.contents import Cycle, Driver, Header, Inputs, core_of
 from rti_mpcc.types import Array, Command, VehicleState
 from rti_mpcc.version import Machine
@@ -57,7 +57,7 @@ class Recorder:
         self.controller, self.problem = controller, ""
         self._dumps, self._number = dump_failed, 0
         self._orders: dict[str, Any] = {}  # what is called between two steps
-        prepare(
+        prepare_codec(
             Cycle, VehicleState, Pose2 | None, tuple[GoalMeasurement, ...], tuple[Array, ...] | None, Area
         )
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import Step, linearised_step
+from rti_mpcc.model.bicycle import ModelStep, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
@@ -36,7 +36,7 @@ class Parts(NamedTuple):
     states: Array
     controls: Array
     cost: QuadraticCost
-    step: Step
+    step: ModelStep
     bounds: StageBounds
     rows: CorridorRows
     initial: Array
