@@ -104,7 +104,9 @@ def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command
 
 
 @pytest.mark.parametrize(
-    "step", [Wait(2.0), Wait(until=lambda: True), Wait(9.0, until=lambda: True)], ids=repr
+    "step",
+    [Wait(2.0), Wait(until=lambda: True), Wait(9.0, until=lambda: True)],
+    ids=["time", "signal", "both"],
 )
 def test_a_wait_is_over_after_its_time_or_by_its_signal(some: Command, step: Wait) -> None:
     waiting, agenda = command(some, Status.WAITING), under_way(step)
