@@ -14,13 +14,11 @@ import cv2
 import numpy as np
 
 from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
-from geometry import Pose2
-from rti_mpcc import prepare_process
+from rti_mpcc import Pose2, prepare_process
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import ride_of_run
-from rti_mpcc.simulation import scenario_from_dict, simulate
+from rti_mpcc.simulation import CameraDetector, scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
-from rti_mpcc.simulation.camera_detector import CameraDetector
 
 BEND = [{"direction": -1, "curvature": k, "length": way} for k, way in ((0.08, 4.0), (-0.05, 6.0))]
 SCENARIO = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rti_mpcc.simulation.camera_detector import CameraDetector
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.controllers import all_succeeded, docking_controller, driver_of
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
@@ -25,6 +26,7 @@ from rti_mpcc.simulation.sections.path import CorridorSection
 __all__ = [
     "PRESETS",
     "AreaSection",
+    "CameraDetector",
     "CameraSection",
     "Controller",
     "CorridorSection",

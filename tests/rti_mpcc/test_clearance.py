@@ -38,4 +38,4 @@ def test_who_allows_three_centimetres_docks_with_three_at_either_side(
     assert drive.clearance.min() > 0.01
     if not docks:
         assert drive.statuses[-1] is not Status.DOCKED
-        assert "leaves 0.030 m, at least 0.05 m are kept" in drive.reasons[-1]
+        assert "a clearance of 0.030 m, at least 0.05 m is required" in drive.reasons[-1]

@@ -99,7 +99,7 @@ def test_what_is_no_manoeuvre_is_told() -> None:
         ((replace(to_cusp, part=SCENARIO.build_path().parts[0]), to_goal), "part 0 of the path"),
         ((to_goal,), r"parts \[1\]"),
         ((to_cusp, replace(to_goal, end=SegmentEnd.CUSP), to_cusp, to_goal), r"parts \[0, 1, 0, 1\]"),
-        ((replace(to_cusp, end=SegmentEnd.STOP), to_goal), "made by the controller"),
+        ((replace(to_cusp, end=SegmentEnd.STOP), to_goal), "only the controller makes stops"),
     ):
         with pytest.raises(InputError, match=told):
             DockingController(PATH, corridor, CONFIG, segments=segments)

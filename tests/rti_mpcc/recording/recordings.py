@@ -49,8 +49,10 @@ class Moody(CycleClock):
         iterations = int(self._random.integers(2)) * SLICE_ITERATIONS
         return Stop("a whim", iterations) if self._random.random() < 0.3 else None
 
-    def _grants(self, granted: bool) -> bool:
-        return bool(self._random.random() < 0.8)
+    def grants(self, least: float = 0.0) -> bool:
+        super().grants(least)
+        self._granted[-1] = bool(self._random.random() < 0.8)
+        return self._granted[-1]
 
     def _passed(self, passed: bool) -> bool:
         return bool(self._random.random() < 0.2)

@@ -323,7 +323,7 @@ def test_where_there_is_no_route_the_reason_is_given(
     assert manoeuvre.outcome is outcome or spent
     assert said in manoeuvre.reason
     assert (manoeuvre.found, manoeuvre.segments, manoeuvre.length, manoeuvre.cusps) == (False, (), 0.0, 0)
-    with pytest.raises(PathError, match="there is no way"):
+    with pytest.raises(PathError, match="there is no route"):
         _ = manoeuvre.path
 
 

@@ -81,7 +81,7 @@ def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> Non
     assert all(
         abs(error) <= most for error, most in zip(dock["final_error"].values(), tolerance, strict=True)
     )
-    assert move["reason"] == "it was told to stop"
+    assert move["reason"] == "ended by its signal"
     # It stops where it touches, and the body was clear of all until then.
     vehicle, truth = result.config.vehicle, result.truth
     gap = 4.5 - vehicle.front
