@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from geometry.doors import door
-from geometry.settings import NonNegative, Positive, Settings
+from geometry.settings import CONSTANT, NonNegative, Positive, Settings
 
 Std = Annotated[float, Field(gt=0.0, le=1e3)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e4)]
@@ -62,6 +62,11 @@ class GoalFilterConfig(Settings):
         history: how late a detection may arrive [s]; a clock that runs back further was set anew.
     """
 
+    former: ClassVar = {
+        "velocity_drift turn_rate_drift velocity_std turn_rate_std reacquire_after moved coast_after "
+        "clock_skew": CONSTANT,
+    }
+
     noise: DetectionNoise = DetectionNoise()
     vehicle_position_std: NonNegative = 0.01
     vehicle_heading_std: NonNegative = 0.002
@@ -89,6 +94,12 @@ class DisturbanceFilterConfig(Settings):
             an inertial unit; with better ones the estimates are slower than they could be, not worse.
     """
 
+    former: ClassVar = {
+        "acceleration_walk steering_walk speed_walk heading_walk first_acceleration_std first_steering_std "
+        "drive_share_std turn_share_std most_acceleration most_steering most_drive_share most_turn_share "
+        "held_time gap": CONSTANT,
+    }
+
     enabled: bool = True
     speed_std: Std = 0.015
     heading_std: Std = 0.002
@@ -100,5 +111,9 @@ class VehicleFilterConfig(Settings):
     Attributes:
         enabled: filter it; otherwise the state is the measurement.
     """
+
+    former: ClassVar = {
+        "memory position_walk heading_walk speed_walk steering_walk slip widest": CONSTANT,
+    }
 
     enabled: bool = True

@@ -142,6 +142,8 @@ class GoalTracking(Settings):
             not docked. Also loads the filter at the start rather than with the first detection.
     """
 
+    former: ClassVar = {"speed turn_rate longest_step certainty standoff_tolerance": CONSTANT}
+
     filter: GoalFilterConfig = GoalFilterConfig()
     standoff: NonNegative = 1.0
     required: bool = False
@@ -155,6 +157,12 @@ class Plausibility(Settings):
             in the time between two cycles comes on top.
         blind: so long the last plan is driven on by reckoning before the vehicle brakes [s].
     """
+
+    former: ClassVar = {
+        "frozen_distance frozen_speed steering_gap steering_time confirmation frozen_tries rest_speed "
+        "model_mismatch longest_gap farthest largest_heading largest_steering speed_share off_path "
+        "progress_step": CONSTANT,
+    }
 
     position: Positive = 0.3
     heading: Positive = 0.3

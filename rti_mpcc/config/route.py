@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings, Short
+from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Short
 
 
 class RoutePlanner(Settings):
@@ -29,6 +29,9 @@ class RoutePlanner(Settings):
     former: ClassVar = {
         "margin": "clearance.wanted, of which routes keep 0.1 m more",
         "hard_minimum": "clearance.least",
+        "curvature_share search_share arc open cells places knots window smoothing_iterations "
+        "whole_tolerance least_tolerance box replan_after again_after goal_moved unmoved near instead "
+        "join_after slices slices_at_rest": CONSTANT,
     }
 
     steering_slope: Positive = 0.6

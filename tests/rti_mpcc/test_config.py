@@ -61,6 +61,8 @@ def test_an_unknown_setting_is_refused(make: Callable[..., Any]) -> None:
         ({"caution": {"hard_minimum": 0.1}}, "caution is not a setting any more, but clearance.least"),
         ({"solver": {"polish": True}}, "polish is not a setting any more, but a constant"),
         ({"weights": {"bound_speed": 20.0}}, "bound_speed is not a setting any more, but a setting of `obj"),
+        ({"route": {"slices": 3}}, "slices is not a setting any more, but a constant"),
+        ({"disturbance": {"gap": 2.0}}, "gap is not a setting any more, but a constant"),
         ({"method": "separated"}, "method is not a setting any more, but objective"),
     ],
 )
