@@ -32,13 +32,18 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add_campaign_options(asked)
-    asked.add_argument("--level", type=Level, choices=list(Level), default=Level.NOMINAL)
-    asked.add_argument("--out", type=Path, required=True, metavar="DIR")
+    levels = "|".join(level.value for level in Level)
+    asked.add_argument(
+        "--level", type=Level, default=Level.NOMINAL, metavar=levels, help="disturbances; default: nominal"
+    )
+    asked.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the written files")
     asked.add_argument("--scenes", action="store_true", help="problems without a path; default: courses")
-    asked.add_argument("--ride", choices=get_args(Ride), help="default: the scenario's own")
-    asked.add_argument("--method", choices=METHODS, default="dynamic")
-    asked.add_argument("--preset", choices=PRESETS, default="default")
-    asked.add_argument("--deadline", type=float, metavar="S", help="of each cycle [s]; default: none")
+    asked.add_argument("--ride", choices=get_args(Ride), help="kind of ride; default: the scenario's own")
+    asked.add_argument("--method", choices=METHODS, default="dynamic", help="default: dynamic")
+    asked.add_argument("--preset", choices=PRESETS, default="default", help="default: default")
+    asked.add_argument(
+        "--deadline", type=float, metavar="S", help="deadline of each cycle [s]; default: none"
+    )
     asked.add_argument(
         "--only", type=non_negative, nargs="+", metavar="I", help="cases that are driven; default: all"
     )

@@ -20,7 +20,7 @@ CONFIG = SCENARIO.controller_config("default")
 PATH = SCENARIO.build_path()
 CORRIDOR = SCENARIO.build_corridor(PATH)
 NUMBERS = (0, 1e-9, 1e-3, 1, 1e9)
-BLOCKS = 8
+BLOCKS = 2
 CYCLES = 3
 
 
