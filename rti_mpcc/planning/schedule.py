@@ -165,8 +165,8 @@ def _change(left: float, plan: Trajectory, context: PlanningContext, config: Con
     """Rate of change of the time of an arrival that has `left` [s] to go, (T5).
 
     With tau of `pressed`, later if tau > 1; sooner if tau < `SLACK` and more time is left than the route
-    takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more if its plan misses the
-    target, but no more than a smooth one.
+    takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more if its plan
+    misses the target, but no more than a smooth one.
     """
     factor = pressed(plan, config)
     if factor > 1.0 + HURRY_FROM:
