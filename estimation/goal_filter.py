@@ -3,9 +3,9 @@
 A Kalman filter on x, y, heading and, for a moving goal, their rates; equations in docs/method.md.
 
 (E3)  covariance += drift² dt;  moving: rates walk too, and carry the pose along
-(E4)  NIS = y' S^-1 y <= chi-square quantile of 3 (`gate`),   y = z - H x,  S = H P H' + R
-(E5)  moved if  m' (H P H' + W)^-1 m > chi-square quantile of 3 (`_MOVED`),
-      m = W sum R_i^-1 y_i,  W = (sum R_i^-1)^-1,  P of what was believed before these detections
+(E4)  NIS = nu' S^-1 nu <= chi-square quantile of 3 (`gate`),  nu = detected - estimate,  S = H P H' + R
+(E5)  moved if  nu_m' (H P H' + R_m)^-1 nu_m > chi-square quantile of 3 (`_MOVED`),
+      nu_m = R_m sum R_i^-1 nu_i,  R_m = (sum R_i^-1)^-1,  P of what was believed before these detections
 
 What a plain filter lacks:
 

@@ -3,7 +3,7 @@
 Seen from the vehicle pose (x_v, y_v, phi_v), a detection z = (x, y, phi) of covariance R says
 
 (E1)  goal = (x_v, y_v) + Rot(phi_v) (x, y),  phi_v + phi,
-(E2)  covariance = Rot(phi_v) R Rot(phi_v)' + J P J',  J = [[1, 0, -dy], [0, 1, dx], [0, 0, 1]],
+(E2)  covariance = Rot(phi_v) R Rot(phi_v)' + A P A',  A = [[1, 0, -dy], [0, 1, dx], [0, 0, 1]],
 
 (dx, dy) from vehicle to goal in world axes, P the covariance of the vehicle pose.
 """

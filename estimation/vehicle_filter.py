@@ -1,16 +1,16 @@
 """The vehicle's own state from noisy measurements: how noisy they are is learnt from the measurements.
 
-With f(z) the state z driven on by the commands to the next measurement, and all differences taken along and
-across the vehicle:
+With m the measured state, z the estimate, and F(z) the state z driven on by the commands to the next
+measurement; all differences are taken along and across the vehicle:
 
-(V1)  d_k = z_k - f(z_k-1),   r = -E[d_k d_k-1]
-(V2)  q = h walk² + (slip s)²,   s the way |v| h, of the heading the turn on it with the largest curvature,
-                                  of the speed what the commands change it by
-(V3)  K = (sqrt(q² + 4 q r) - q) / (2 r),   at least 1/k with the k-th measurement
-(V4)  x_k = z_k + (1 - K) (f(x_k-1) - z_k),   no farther from z_k than `_WIDEST` sqrt(r)
+(V1)  nu_k = m_k - F(m_k-1),   R = -E[nu_k nu_k-1]
+(V2)  Q = h walk² + (slip l)²,   l the distance |v| h; for the heading the largest turn over that
+                                  distance, for the speed its change by the commands
+(V3)  K = (sqrt(Q² + 4 Q R) - Q) / (2 R),   at least 1/k with the k-th measurement
+(V4)  z_k = m_k + (1 - K) (F(z_k-1) - m_k),   no farther from m_k than `_WIDEST` sqrt(R)
 
-White noise of variance r makes neighbouring differences (V1) pull against each other; a model that is off
-makes them alike, which leaves less r, and so more of what is measured. Without noise r is 0 and the state is
+White noise of variance R makes neighbouring differences (V1) pull against each other; a model that is off
+makes them alike, which leaves less R, and so more of what is measured. Without noise R is 0 and the state is
 what is measured. (V3) is the steady gain of a Kalman filter of a random walk, each quantity by itself; 1/k is
 the mean of a few first measurements.
 """
@@ -43,8 +43,8 @@ class MeasurementNoise:
     """What is known of the noise of a measured state.
 
     Attributes:
-        residual: (5,) the last d of (V1); variance: (5,) r of (V1), negative where differences are alike.
-        pairs: so many neighbours d were seen; run: so many measurements without a break.
+        residual: (5,) the last nu of (V1); variance: (5,) R of (V1), negative where differences are alike.
+        pairs: number of neighbours nu seen; run: number of measurements without a break.
     """
 
     residual: Array = field(default_factory=lambda: np.zeros(QUANTITIES))
@@ -75,7 +75,7 @@ def filtered(
 
     Args:
         noise: known before; measured: (6,) x, y, phi, v, delta and a last number that is left as it is.
-        follows: (6,) f of the last measurement; expected: (6,) f of the state before; seconds: since then.
+        follows: (6,) F of the last measurement; expected: (6,) F of the estimate before; seconds: since then.
         gained: what the commands have changed the speed by since then [m/s].
         curvature: of the vehicle's sharpest bend [1/m].
     """

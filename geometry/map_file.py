@@ -6,7 +6,7 @@ only); others are left alone. The picture's first row is its top; origin is the 
 the lower left corner of its lower left pixel. With the value of a pixel, 0 (black) to 255 (white), or the
 mean of red, green and blue,
 
-(M1)  p = (255 - value) / 255, or value / 255 with negate
+(A1)  p = (255 - value) / 255, or value / 255 with negate
 
 is how occupied its cell is: it is occupied where p > occupied_thresh, free where p < free_thresh, and unknown
 otherwise. What is not opaque is unknown.

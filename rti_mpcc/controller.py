@@ -1,4 +1,4 @@
-"""RtiMpcc: the real-time iteration on one one-direction part of a route."""
+"""RtiMpcc: the real-time iteration on one one-direction part of a route (paper Eq. 1, (R1))."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
 """Half-plane rows that keep every piece of the body inside the corridor.
 
-With d the signed distance of a piece to a side, n the normal from there to the nearest point of the piece,
-and o where that point is from the rear axle, all in the frame of the states (geometry.contacts),
+With rho the signed distance of a piece to a side, n the normal from there to the nearest point of the piece,
+and p that point from the rear axle, all in the frame of the states (geometry.contacts),
 
-(H1)  d >= margin
-(H2)  n_x dx + n_y dy + (o_x n_y - o_y n_x) dphi + slack >= margin - d
+(H1)  rho >= margin
+(H2)  n_x dx + n_y dy + (p_x n_y - p_y n_x) dphi + slack >= margin - rho
 
 Between two sides that face each other the margin is at most what they leave to the body as it stands at that
 stage, less a strip to steer in, but no less than the body's hard minimum:
 
-(H8)  margin' = max(min(margin, (d + d')/2 - strip), d_min)
+(H8)  margin' = max(min(margin, (rho + rho')/2 - strip), d_min)
 
 over all pieces, `strip` being `STRIP`. A slack that nothing can make smaller would cost by
 the time spent in it: the narrower the lane, the more it would pay to hurry.

@@ -1,13 +1,13 @@
 """Frenet errors of vehicle states at references of their own progress (paper Eq. 3, 4).
 
-With c = cos phi_r, s = sin phi_r and d the direction of the part:
+With c = cos phi_r, s = sin phi_r and dir the direction of the part:
 
 (F1)  e_l =  c (x - x_r) + s (y - y_r)        lag error [m]
       e_c = -s (x - x_r) + c (y - y_r)        contouring error [m]
       e_phi = phi - phi_r                     heading error [rad]
-(F2)  de_l/dtheta = -d + e_c phi_r',  de_c/dtheta = -e_l phi_r',  de_phi/dtheta = -phi_r'
+(F2)  de_l/dtheta = -dir + e_c phi_r',  de_c/dtheta = -e_l phi_r',  de_phi/dtheta = -phi_r'
 
-with phi_r' = dphi_r/dtheta = d kappa. They are valid Frenet coordinates only near e_l = 0.
+with phi_r' = dphi_r/dtheta = dir kappa. They are valid Frenet coordinates only near e_l = 0.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What walls that face each other leave beside the body, and how fast it is driven through there.
+"""Clearance of the body between opposing walls, and the speed allowed there.
 
-(P2)  room = (g + g')/2,   v <= speed + max(room - d_min, 0) / reaction_time
+(P2)  room = (rho + rho')/2,   v <= speed + max(room - d_min, 0) / reaction_time
 
-with the gaps g, g' between a body on the path and two walls that face each other, on either side of it, and
-`speed` and `reaction_time` being `NARROW_SPEED` and `REACTION_TIME`. An obstacle that leaves a body on the
+with the gaps rho, rho' between a body on the path and two opposing walls, `speed` = `NARROW_SPEED` and
+`reaction_time` = `REACTION_TIME`. An obstacle that leaves a body on the
 path no gap at all is passed on its other side, and does not count.
 """
 

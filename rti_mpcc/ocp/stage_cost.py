@@ -5,7 +5,7 @@
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²;
                q_w (delta_N - wheels)² where the next segment starts with such an angle
 (C4)  comfort:  q_comfort e² for f = a_lat of a stage, a and delta_dot of a control, beyond the clip linear;
-                e = max(0, |f| - f_comfort) rounded off: e = c log(1 + exp((|f| - f_comfort) / c))
+                e = max(0, |f| - f_comfort) rounded off: e = f_s log(1 + exp((|f| - f_comfort) / f_s))
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
 from rti_mpcc.types import Array
 
 COMFORT_EASE = 0.05
-"""Share of a comfort value over which its penalty sets in, (C4): c = 0.05 f_comfort. A penalty that starts at
-once makes the plans of successive cycles jump to and fro across it."""
+"""Share of a comfort value over which its penalty sets in, (C4): f_s = 0.05 f_comfort. A penalty that starts
+at once makes the plans of successive cycles jump to and fro across it."""
 COMFORT_CLIP = 0.1
 """What goes beyond comfort costs its square up to here, in its own units, then linearly: comfort gives way to
 the corridor and the goal."""
 NOTHING_LEFT = -6.0
-"""So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
+"""In units of f_s of (C4): this far below comfort the residual is 0.0025 f_s, and left out."""
 
 Terms = Callable[[Array, Array], None]
 """Adds terms of an objective's own to the Hessian and the gradient of the states."""

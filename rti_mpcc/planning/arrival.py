@@ -11,11 +11,11 @@ in acceleration at
 (T2)  D = 4 v² / (3 a).
 
 Where its peak is above one comfortable speed, `rti_mpcc.planning.pace`, the arrival of least energy has a
-cubic up to that speed and one down from it. On each of them, c the speed at its vertex,
+cubic up to that speed and one down from it. On each of them, V the speed at its vertex,
 
-(T3)  |dv/dt| = a sqrt(1 - v / c).
+(T3)  |dv/dt| = a sqrt(1 - v / V).
 
-Where the comfortable speed changes, (T3) with c(theta) the lower of the pace and the peak of (T1) is driven
+Where the comfortable speed changes, (T3) with V(theta) the lower of the pace and the peak of (T1) is driven
 forwards from the present speed and backwards from rest: not the least energy, but (T1) where the pace is
 nowhere below that peak.
 

@@ -164,9 +164,9 @@ def _followed(
 def _change(left: float, plan: Trajectory, context: PlanningContext, config: ControllerConfig) -> float:
     """Rate of change of the time of an arrival that has `left` [s] to go, (T5).
 
-    With f of `pressed`, later if f > 1; sooner if f < `SLACK` and more time is left than the route takes by
-    that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more if its plan misses the
-    target, but no more than a smooth one.
+    With tau of `pressed`, later if tau > 1; sooner if tau < `SLACK` and more time is left than the route
+    takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more if its plan
+    misses the target, but no more than a smooth one.
     """
     factor = pressed(plan, config)
     if factor > 1.0 + HURRY_FROM:
@@ -197,7 +197,7 @@ def own_time(plan: Trajectory, speed: float, config: ControllerConfig) -> float:
 
 
 def pressed(plan: Trajectory, config: ControllerConfig) -> float:
-    """Factor f on its time by which a plan keeps to comfort: accelerations go with 1/f², rates with 1/f."""
+    """Factor tau on the time of a plan that keeps comfort: accelerations go with 1/tau², rates 1/tau."""
     comfort, controls, states = config.comfort, np.abs(plan.controls), plan.states
     lateral = np.abs(states[:, V] ** 2 * np.tan(states[:, DELTA])).max() / config.vehicle.wheelbase
     along = float(controls[:, A].max()) / comfort.acceleration

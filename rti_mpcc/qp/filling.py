@@ -199,9 +199,9 @@ def fill_curvature(
 ) -> None:
     """Add the dynamics' own curvature in the heading to P, after `fill_cost` (docs/method.md).
 
-    Turning stage k turns its whole way F - z_k in x and y, so the Lagrangian J + y' (F(z_k, u_k) - z_k+1) has
+    Turning stage k turns its whole way F - z_k in x and y, so the Lagrangian J + l' (F(z_k, u_k) - z_k+1) has
 
-    (Q1)  d²L/dphi_k² = -(y_x (F_x - x_k) + y_y (F_y - y_k))
+    (Q1)  d²L/dphi_k² = -(l_x (F_x - x_k) + l_y (F_y - y_k)),   l the multipliers lambda,
 
     besides Gauss-Newton's part: what a bulge costs that makes the way longer. Without it full steps
     overshoot in the shape of the way, and diverge where the steering rate is cheap. Negative values are

@@ -5,7 +5,7 @@ linear in between. So the steering is continuous within it. It is driven in shor
 of the curvature in its middle. A pose is where the arcs up to it lead, exactly, and it changes, but for terms
 of the order of h³, by
 
-(R1)  dp = sum over arcs j before it of  d h R (p - m_j) dkappa_j  +  (t_j + kappa_j d R (p - m_j)) dh_j
+(R3)  dp = sum over arcs j before it of  d h R (p - m_j) dkappa_j  +  (t_j + kappa_j d R (p - m_j)) dh_j
 
 with the arcs' midpoints m, tangents t, curvatures kappa and direction d, and R a turn by 90 degrees to the
 left; the heading changes by d (h dkappa + kappa dh).
@@ -29,7 +29,7 @@ TANGENT_Y: Final = 3
 CURVATURE: Final = 4
 SHARE: Final = 5
 ARC: Final = 6
-"""Columns of the arcs: m, t and kappa of (R1), and the share of the distance between two knots at which the
+"""Columns of the arcs: m, t and kappa of (R3), and the share of the distance between two knots at which the
 middle of the arc is."""
 _LEAST_LENGTH = 0.02
 """No segment becomes shorter [m]."""
@@ -114,7 +114,7 @@ class CurvatureProfile(NamedTuple):
         )
 
     def slopes(self, at: Traced, rows: Index) -> Array:
-        """Derivatives of the poses with these indices (n,) by curvatures and lengths, (n, 3, k + m), (R1)."""
+        """Derivatives of the poses with these indices (n,) by curvatures and lengths, (n, 3, k + m), (R3)."""
         slopes = np.zeros((len(rows), 3, self.variables))
         _slopes(self, *at, rows, slopes)
         return slopes

@@ -5,7 +5,7 @@ The variables are changes of the curvatures and lengths of its segments (`curvat
 (R2)  min  w_k sum (dkappa/ds)² + w_c (jump at a change of direction)² + w_S S + w_m (lack of margin)²
            + w_b sum (distance from a given line)²
 
-so that the last pose, which changes by (R1), is the goal, and curvature and slope keep to their limits.
+so that the last pose, which changes by (R3), is the goal, and curvature and slope keep to their limits.
 Half-planes to all that is near come from geometry.flanks, anew in each iteration; at the end Newton steps of
 least norm take away the remaining error at the goal.
 """

@@ -3,9 +3,9 @@
 A body is clear if it is farther than `Clearance.least` from all static obstacles, and from boundaries less
 `CONTACT_TOLERANCE`, since measurements are noisy. A plan that starts nearer than twice that distance may
 come nearer by half of what there is, to swing the other end of the body out, but must not touch anything.
-What an obstacle that moves with u will do next is not known:
+The next motion of an obstacle with outline O and velocity v_o is not known:
 
-(S1)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
+(S1)  dist(body(t), hull(O, O + v_o t)) > d_min,  dist(edge(t), hull(O, O + v_o t)) > d_min + |v_o| t_stop,
       t_stop = dead time + cycle + |v| / a_max
 
 for all times t of the plan: the obstacle may continue or stop, and near the leading edge of the body it may
