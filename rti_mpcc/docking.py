@@ -34,7 +34,7 @@ from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
@@ -292,8 +292,14 @@ class DockingController:
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
-        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
-        vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
+        vehicle = replace(
+            last,
+            monitor=monitor,
+            offsets=known,
+            disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
+            poses=aim.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            heading_hint=hint,
+        )
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
@@ -330,7 +336,9 @@ class DockingController:
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
             refused = aim.undetected(s.goal, (), unfit)
-            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
+            if refused != s.goal.undetected:
+                s = replace(s, goal=replace(s.goal, undetected=refused))
+            return s, (), unfit
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:

@@ -132,7 +132,8 @@ class Rerouter:
             s = moves.without_way(s, *standing_route(here), why)
         else:
             wanted = route.wanted if why or s.task.drives else ""
-            s = replace(s, route=replace(route, why=why, wanted=wanted))
+            if (why, wanted) != (route.why, route.wanted):
+                s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)
 
     def area_known(self, s: ControllerState) -> Area:
