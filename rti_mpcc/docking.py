@@ -10,7 +10,7 @@ import logging
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,12 +39,14 @@ from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.rerouting import Rerouter, standing_route
-from rti_mpcc.route_planner.path_repair import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
+
+if TYPE_CHECKING:  # a controller that plans no route does without
+    from rti_mpcc.rerouting import Rerouter
+    from rti_mpcc.route_planner.path_repair import PathChange
 
 _log = logging.getLogger(__name__)
 
@@ -92,6 +94,8 @@ class DockingController:
         around = Surroundings.of(corridor, path, config)
         rerouter = None
         if area is not None:
+            from rti_mpcc.rerouting import Rerouter
+
             rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
         task = Task(segments=self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
@@ -111,6 +115,8 @@ class DockingController:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
             config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
+        from rti_mpcc.rerouting import Rerouter, standing_route
+
         self = cls.__new__(cls)
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
@@ -445,6 +451,8 @@ def _mended(
     path: ReferencePath, corridor: Corridor, area: Area, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
     """The path repaired inside its corridor and past its obstacles, with log messages."""
+    from rti_mpcc.route_planner.path_repair import mended_path
+
     made = mended_path(path, area.with_obstacles(corridor.obstacles), config)
     for change in made.changes:
         # A path that only lacks clearance is no reason to warn: the goal may be elsewhere.
