@@ -24,7 +24,8 @@ controller = DockingController(path, corridor, ControllerConfig(recovery={recove
 before = set(sys.modules)
 controller.step(VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0), now=0.0)
 packages = ("rti_mpcc", "geometry", "estimation")
-print([name for name in set(sys.modules) - before if name.startswith(packages)], "rti_mpcc.route_planner.planner" in before)
+loaded = [name for name in set(sys.modules) - before if name.startswith(packages)]
+print(loaded, "rti_mpcc.route_planner.planner" in before)
 """
 
 
