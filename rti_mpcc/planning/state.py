@@ -252,7 +252,7 @@ class Task:
 
     def on_whole(self) -> Task:
         """With all of the segment."""
-        return self.on(self.whole)
+        return self if self.segment.piece_of is None else self.on(self.whole)
 
     def with_stop(self, stop: PlannedStop) -> Task:
         """With something else known of its stop."""
