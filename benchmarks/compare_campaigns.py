@@ -10,7 +10,6 @@ With `--docs` both go into docs/campaigns.md.
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 from itertools import groupby
@@ -19,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.tables import ROOT, number, replace_block, table
+from benchmarks.tables import ROOT, command_line, number, replace_block, table
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.campaign import read_rows
 from rti_mpcc.simulation.campaign_row import CaseOutcome
@@ -138,7 +137,7 @@ def text(campaigns: Sequence[Driven]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.compare_campaigns")
     parser.add_argument("campaigns", nargs="+", metavar="VERSION=FOLDER")
     parser.add_argument("--docs", action="store_true", help="write docs/campaigns.md")
     asked = parser.parse_args()
