@@ -1,4 +1,4 @@
-"""Pure functions on measured values: distributions, growth, targets and whether they were met."""
+"""Pure functions on measured values: distributions, targets and whether they were met."""
 
 from __future__ import annotations
 
@@ -42,14 +42,6 @@ def ratio_row(name: str, found: Distribution, yardstick: float, digits: int = 2)
     values = (found.p50, found.p95, found.p99)
     row = distribution_row(name, found, digits)
     return [*row, *(number(value / yardstick, 2) for value in values)]
-
-
-def growth_exponent(sizes: ArrayLike, costs: ArrayLike) -> float:
-    """Slope of log(cost) over log(size) by least squares: 0 does not grow, 1 grows linearly."""
-    x, y = np.log(np.asarray(sizes, dtype=np.float64)), np.log(np.asarray(costs, dtype=np.float64))
-    if x.size != y.size or x.size < 2:
-        raise ValueError(f"{x.size} sizes and {y.size} costs: needs two or more pairs")
-    return float(np.polyfit(x, y, 1)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

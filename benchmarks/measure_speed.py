@@ -20,7 +20,7 @@ from typing import Any
 from benchmarks.figures import Target, target_table
 from benchmarks.measured import QUICK, Extent, Measured, measure
 from benchmarks.performance_picture import draw
-from benchmarks.speed_tables import PAGE, blocks, numbers
+from benchmarks.speed_tables import blocks, numbers
 from benchmarks.speed_targets import targets
 from benchmarks.tables import ROOT, command_line, origin, replace_block, told, write_json
 from rti_mpcc.simulation import builtin_names
@@ -68,9 +68,8 @@ def written(found: Measured, judged: list[Target], asked: argparse.Namespace, so
     draw(found.sweeps, found.sweep_yardstick.p50, ROOT / "docs" / "pictures" / "performance.png")
     document = ROOT / "docs" / "performance.md"
     replace_block(document, "targets", f"{target_table(judged)}\n\n{told(source)}")
-    tables = blocks(found)
-    for name in PAGE:
-        replace_block(document, name, tables[name])
+    for name, text in blocks(found).items():
+        replace_block(document, name, text)
 
 
 def main() -> int:

@@ -147,7 +147,6 @@ DOORS: dict[str, Door] = {
     "Corridor.from_lines": door(Corridor.from_lines, lines=CORRIDOR.to_lines()),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
     "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
-    "Corridor.collides": door(CORRIDOR.collides, part=0, bodies=[SQUARE], margin=1.0),
     "Corridor.signed_distances": door(
         CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
     ),
