@@ -1,6 +1,6 @@
 """Docking problems drawn from a seed, each proven dockable without the controller.
 
-A course is a scenario like any other: `scenario_writer.save_scenario` writes it for `rti-mpcc run FILE`. What
+A course is a scenario like any other: `save_scenario` writes it for `rti-mpcc run FILE`. What
 is drawn from is a `CourseRange`: its defaults are the courses of the report, `CAMPAIGN` is wider.
 """
 
