@@ -37,10 +37,10 @@ def distribution_row(name: str, found: Distribution, digits: int = 2) -> list[st
     return [name, *(number(value, digits) for value in values), str(found.count)]
 
 
-def ratio_row(name: str, found: Distribution, yardstick: float, digits: int = 2) -> list[str]:
+def ratio_row(name: str, found: Distribution, yardstick: float) -> list[str]:
     """As `distribution_row`, with p50, p95 and p99 as multiples of the yardstick behind the times."""
     values = (found.p50, found.p95, found.p99)
-    row = distribution_row(name, found, digits)
+    row = distribution_row(name, found)
     return [*row, *(number(value / yardstick, 2) for value in values)]
 
 

@@ -245,14 +245,11 @@ class Corridor(Admitted, error=CorridorError):
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
         return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]]), _CHECKED)[0, 0] <= 0.0)
 
-    @door(late=True)
-    def narrowest(self, part: int | None = None) -> tuple[float, float]:
+    def narrowest(self) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 
-        Without a part that of the whole route. Obstacles don't count.
+        Obstacles don't count.
         """
-        if part is not None:
-            return self._part(part).lines.narrowest
         return min(walls.lines.narrowest for walls in self.walls)
 
     @door(late=True)

@@ -100,11 +100,6 @@ CAMPAIGN = CourseRange(
 """The docking problems of campaigns."""
 
 
-def courses(seed: int, count: int, within: CourseRange | None = None) -> tuple[Scenario, ...]:
-    """The first `count` courses of a seed; see `drawn_course`."""
-    return tuple(drawn_course(seed, index, within) for index in range(count))
-
-
 def drawn_course(seed: int, index: int, within: CourseRange | None = None) -> Scenario:
     """Course number `index` of a seed, always the same: drawn until scenario checks and proof accept it.
 

@@ -156,7 +156,6 @@ DOORS: dict[str, Door] = {
     "Corridor.beyond": door(CORRIDOR.beyond, part=0, points=np.array(POINTS)),
     "Corridor.near_obstacles": door(CORRIDOR.near_obstacles, points=np.array(POINTS), within=2.0),
     "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
-    "Corridor.narrowest": door(CORRIDOR.narrowest, part=0),
     "Corridor.lines": door(CORRIDOR.lines, part=0),
     "Corridor": door(Corridor, walls=CORRIDOR.walls, kept_out=CORRIDOR.kept_out, area=None),
     "CorridorLines": door(

@@ -42,7 +42,7 @@ def contacts(corridor: Corridor, asked: Array, part: int = 0) -> Array:
 def test_it_has_no_boundaries_along_a_route() -> None:
     corridor = Corridor.in_area(AREA)
     assert corridor.lines(3) == ((), ())
-    assert corridor.narrowest() == corridor.narrowest(2) == (inf, 0.0)
+    assert corridor.narrowest() == (inf, 0.0)
     assert not corridor.cut_off(0, (5.0, 5.0), (25.0, 18.0))
     assert not corridor.beyond(0, np.array([[-9.0, -9.0], [7.0, 4.0]])).any()
 

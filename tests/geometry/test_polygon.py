@@ -34,7 +34,7 @@ def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
         (9.13, 2),
         (0, 2),
     ]
-    width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest(0)
+    width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest()
     np.testing.assert_allclose((width, theta), (2.3, 7.135))
 
 
