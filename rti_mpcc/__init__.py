@@ -35,6 +35,7 @@ from geometry import (
     RtiMpccError,
 )
 from rti_mpcc.config import (
+    ActuatorModel,
     Clearance,
     ControllerConfig,
     GoalTracking,
@@ -72,6 +73,7 @@ from rti_mpcc.types import (
 from rti_mpcc.version import __version__
 
 __all__ = [
+    "ActuatorModel",
     "Approach",
     "Area",
     "AreaError",

@@ -13,6 +13,7 @@ from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, SegmentEnd, Segments
+from rti_mpcc.model.actuators import Actuation, Actuators
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -130,6 +131,7 @@ class VehicleEstimate:
         monitor: its state, and why a measurement is doubted.
         offsets: the estimated disturbance, or None; poses: of the last moments.
         heading_hint: remark on the first measured heading, or "".
+        actuators: dead times and lags of drive and steering.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
     """
 
@@ -137,7 +139,13 @@ class VehicleEstimate:
     offsets: DisturbanceEstimate | None = None
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
+    actuators: Actuators = field(default_factory=Actuators)
     standing_since: float | None = None
+
+    @property
+    def dead_time(self) -> float:
+        """From a command until it acts [s]."""
+        return self.actuators.dead_time
 
     @property
     def disturbance(self) -> Disturbance:
@@ -326,7 +334,7 @@ class ControllerState:
     Attributes:
         path: the route of the task's segments; route: of route planning, None where it never replans.
         area: the free space, with the obstacles that were given last.
-        queue: commands that do not act yet.
+        queue: commands that do not act yet, as they will act; sent: the last ones, as they were sent.
         begin: state (6,) in which the last command starts to act, or None at the start of a segment.
         agenda: of the mission, or None.
     """
@@ -340,6 +348,7 @@ class ControllerState:
     route: RouteState | None = None
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
+    sent: tuple[Actuation, ...] = ()
     begin: Array | None = None
     agenda: Agenda | None = None
 
