@@ -30,7 +30,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import aim, goals, sensing, stops, validation
+from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -292,16 +292,19 @@ class DockingController:
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        s, found = actuation.learnt(s, monitor, clock.now, config)
+        if found:
+            last, monitor = s.vehicle, replace(monitor, steering_gap=0.0)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
-        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
+        vehicle = replace(s.vehicle, monitor=monitor, offsets=known, heading_hint=hint)
         vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
-        return s, (clock_remark, hint)
+        return s, (clock_remark, hint, found)
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """The remark on the first measured heading, as long as one as large is measured."""

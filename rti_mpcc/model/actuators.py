@@ -14,11 +14,13 @@ accelerations: one model fits both interfaces.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import exp
 from typing import NamedTuple, Self
 
 from rti_mpcc.config import ActuatorModel
+from rti_mpcc.model.delay import QueuedCommand
 
 MOST_LEAD = 6.0
 """Most by which (D3) raises a step of what shall act. It is reached at a lag of 5.5 cycles; beyond, the whole
@@ -95,3 +97,30 @@ class Actuation:
             actuators.drive.acting(self.acceleration, self.before[0], seconds),
             actuators.steering.acting(self.steering_rate, self.before[1], seconds),
         )
+
+    def queued(self, actuators: Actuators, seconds: float) -> QueuedCommand:
+        """What acts on the mean of the first `seconds`."""
+        drive, steering = actuators
+        return QueuedCommand(
+            self.begins,
+            drive.mean(self.acceleration, self.before[0], seconds),
+            steering.mean(self.steering_rate, self.before[1], seconds),
+        )
+
+
+def going_out(sent: Sequence[Actuation], actuators: Actuators, cycle: float) -> tuple[Actuation, Actuation]:
+    """What drive and steering are sent now: the quicker of the two waits for the other one."""
+    last = len(sent) - 1
+    waits = [round((actuators.dead_time - each.dead_time) / cycle) for each in actuators]
+    return sent[last - min(waits[0], last)], sent[last - min(waits[1], last)]
+
+
+def answered_by(sent: Sequence[Actuation], before: Actuators, actuators: Actuators) -> tuple[Actuation, ...]:
+    """The same commands for actuators that turned out to answer otherwise than those `before`."""
+    later = actuators.dead_time - before.dead_time
+    found: list[Actuation] = []
+    for each in sent:
+        begins = each.begins + later
+        acting = found[-1].acting(begins, actuators) if found else each.before
+        found.append(replace(each, begins=begins, before=acting))
+    return tuple(found)

@@ -10,6 +10,7 @@ from enum import Enum
 from math import inf
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
+from estimation.actuators import ActuatorRecord
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, SegmentEnd, Segments
@@ -131,7 +132,7 @@ class VehicleEstimate:
         monitor: its state, and why a measurement is doubted.
         offsets: the estimated disturbance, or None; poses: of the last moments.
         heading_hint: remark on the first measured heading, or "".
-        actuators: dead times and lags of drive and steering.
+        actuators: dead times and lags of drive and steering; records: what is learnt of both.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
     """
 
@@ -140,6 +141,9 @@ class VehicleEstimate:
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
     actuators: Actuators = field(default_factory=Actuators)
+    records: tuple[ActuatorRecord, ActuatorRecord] = field(
+        default_factory=lambda: (ActuatorRecord(), ActuatorRecord())
+    )
     standing_since: float | None = None
 
     @property

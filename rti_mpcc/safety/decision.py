@@ -11,6 +11,7 @@ from geometry import Pose2
 from geometry.compiled import Array1, Out2, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
+from rti_mpcc.model.actuators import going_out
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
@@ -19,7 +20,6 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Task
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.sending import going_out
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import (
     Array,
@@ -110,7 +110,7 @@ def _command(
     s: ControllerState,
 ) -> Command:
     """What is sent of `control`, and what is said with it."""
-    drive, wheels = going_out(s, config)
+    drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(
         acceleration=drive.acceleration,
         steering_rate=wheels.steering_rate,

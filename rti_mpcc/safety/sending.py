@@ -13,7 +13,7 @@ from math import exp
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuation
-from rti_mpcc.model.delay import QueuedCommand, queued
+from rti_mpcc.model.delay import queued
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety.fallback import ControlInput
@@ -21,8 +21,8 @@ from rti_mpcc.types import Array
 
 CORRECTION = 3.0
 """Time constant [s] by which set-points return to what is measured: some times the lag of any actuator."""
-LONGEST = 1.0
-"""Longest dead time [s]: for so long commands are kept."""
+KEPT = 3.0
+"""Commands are kept for so long [s]: longer than they are under way, and longer than what they leave acts."""
 UNKNOWN_LAG = 0.6
 """Lag [s] that set-points allow for: so far they may be ahead of the vehicle at the comfort acceleration."""
 
@@ -36,7 +36,6 @@ def sent(
     before = s.sent[-1].acting(begins, actuators) if s.sent else (0.0, 0.0)
     a = drive.commanded(control.acceleration, before[0], cycle, limits.acceleration)
     rate = steering.commanded(control.steering_rate, before[1], cycle, limits.steering_rate)
-    mean = QueuedCommand(begins, drive.mean(a, before[0], cycle), steering.mean(rate, before[1], cycle))
     speed, angle = _at_rest(s, before, begin)
     if s.sent:
         last, comfort = s.sent[-1], config.comfort
@@ -51,18 +50,10 @@ def sent(
         speed=_within(speed + cycle * s.vehicle.disturbance.acting(a), limits.speed, float(now[V])),
         steering=_within(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
-    kept = s.sent[-1 - round(LONGEST / cycle) :]
-    return replace(s, queue=queued(s.queue, mean, s.now), sent=(*kept, actuation))
-
-
-def going_out(s: ControllerState, config: ControllerConfig) -> tuple[Actuation, Actuation]:
-    """What drive and steering are sent now: the quicker of the two waits for the other one."""
-    longest, last = s.vehicle.dead_time, len(s.sent) - 1
-    drive, steering = (
-        s.sent[last - min(round((longest - each.dead_time) / config.cycle), last)]
-        for each in s.vehicle.actuators
+    kept = s.sent[-round(KEPT / cycle) :]
+    return replace(
+        s, queue=queued(s.queue, actuation.queued(actuators, cycle), s.now), sent=(*kept, actuation)
     )
-    return drive, steering
 
 
 def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> tuple[float, float]:

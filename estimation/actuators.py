@@ -1,0 +1,154 @@
+"""Dead time and lag of an actuator, from what was commanded and what is measured.
+
+A bank of models (dead time T, lag tau) is driven by the commands u: accelerations or steering rates, and the
+set-points of speed or steering that are sent with them, as nobody says which of the two the vehicle obeys.
+Each predicts how the measured quantity m, speed or steering, changes:
+
+(A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
+(A2)  m = c0 + c1 t + (1 + c2) Y + noise,   least squares over the last seconds
+
+c0 is where it starts, c1 a slope or whatever else acts, c2 what the actuator answers too strongly: those are
+no lag. The model of least residual explains the drive best. It replaces the present one only if no model near
+that one explains the drive half as well: noise, or a model that is right, changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from estimation.types import Array
+
+LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
+"""Of the bank [s]; the first one stands for none."""
+DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
+"""Of the bank [s]."""
+MEMORY = 6.0
+"""Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
+REST_MEMORY = 1.0
+"""At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
+SPACING = 0.04  # of measurements that are kept [s]: at most 150
+INTERVAL = 0.2  # between two comparisons [s]
+AGREEING = 2  # comparisons that have to agree
+GAIN_STD = 0.15  # prior of c2
+LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
+NEAR = (0.075, 0.11)
+"""Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
+BETTER = 2.0
+"""The least residual of the models near the present one, over that of the best one, in squares."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ActuatorRecord:
+    """Commands and measurements of the last seconds, and what the comparisons found.
+
+    Attributes:
+        sent: (c,) times of the commands [s], the last one under way; outputs: (c, 2, lags) Y of (A1) then,
+            without dead time, of the rates and of the set-points.
+        acting: (2, lags) w then; command: (2,) the last rate and set-point.
+        stamps: (m,) of the measurements [s]; measured: (m,).
+        compared_at: when the models were compared last [s]; found: the best model then, or None: the present
+            one; agreed: number of comparisons that found it.
+    """
+
+    sent: Array = field(default_factory=lambda: np.zeros(0))
+    outputs: Array = field(default_factory=lambda: np.zeros((0, 2, len(LAGS))))
+    acting: Array = field(default_factory=lambda: np.zeros((2, len(LAGS))))
+    command: Array = field(default_factory=lambda: np.zeros(2))
+    stamps: Array = field(default_factory=lambda: np.zeros(0))
+    measured: Array = field(default_factory=lambda: np.zeros(0))
+    compared_at: float = -np.inf
+    found: tuple[float, float] | None = None
+    agreed: int = 0
+
+
+def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
+    """With a command sent at `at` [s]."""
+    command = np.array((rate, setpoint))
+    if not len(record.sent):
+        acting = np.repeat(command[:, None], len(LAGS), axis=1)
+        outputs = acting[None] * np.array((0.0, 1.0))[:, None]
+        return replace(record, sent=np.array((at,)), outputs=outputs, acting=acting, command=command)
+    output, acting = _advanced(record, at)
+    first = int(np.searchsorted(record.sent, at - MEMORY - 1.0))
+    return replace(
+        record,
+        sent=np.append(record.sent[first:], at),
+        outputs=np.concatenate((record.outputs[first:], output[None])),
+        acting=acting,
+        command=command,
+    )
+
+
+def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
+    """(2, lags) Y and w of (A1) at `at` [s], after the last command."""
+    seconds = at - record.sent[-1]
+    left = np.exp(-seconds / LAGS)
+    command = record.command[:, None]
+    over = record.acting - command
+    acting = command + over * left
+    integral = record.outputs[-1, 0] + command[0] * seconds + over[0] * LAGS * (1.0 - left)
+    return np.stack((integral, acting[1])), acting
+
+
+def observed(record: ActuatorRecord, value: float, at: float, *, at_rest: bool) -> ActuatorRecord:
+    """With a measurement at `at` [s]."""
+    if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
+        return record
+    first = int(np.searchsorted(record.stamps, at - (REST_MEMORY if at_rest else MEMORY)))
+    return replace(
+        record,
+        stamps=np.append(record.stamps[first:], at),
+        measured=np.append(record.measured[first:], value),
+    )
+
+
+def compared(
+    record: ActuatorRecord, present: tuple[float, float], at: float, least: float
+) -> tuple[ActuatorRecord, tuple[float, float] | None]:
+    """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None.
+
+    `least`: root mean square by which the best one has to explain the measurements better.
+    """
+    if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < 10:
+        return record, None
+    residuals = _residuals(record, at)
+    best = np.unravel_index(int(np.argmin(residuals)), residuals.shape)
+    model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
+    dead, lag = np.abs(DEAD_TIMES - present[0]), np.abs(LAGS - present[1])
+    near = (dead <= max(NEAR[0], float(dead.min())))[:, None] & (lag <= max(NEAR[1], float(lag.min())))
+    now, then = float(residuals[:, near].min()), float(residuals[best])
+    better = now > BETTER * then and now - then > least**2
+    agrees = better and record.found is not None and _alike(model, record.found)
+    agreed = (record.agreed + 1 if agrees else 1) if better else 0
+    record = replace(record, compared_at=at, found=model if better else None, agreed=agreed)
+    return record, (model if agreed >= AGREEING else None)
+
+
+def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two models answer after about the same time."""
+    return abs(sum(one) - sum(other)) <= NEAR[1]
+
+
+def _residuals(record: ActuatorRecord, at: float) -> Array:
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points."""
+    output, _ = _advanced(record, at)
+    sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
+    due = record.stamps[None, :] - DEAD_TIMES[:, None]
+    after = np.clip(np.searchsorted(sent, due), 1, len(sent) - 1)
+    begin, end = sent[after - 1], sent[after]
+    share = np.clip((due - begin) / (end - begin), 0.0, 1.0)[..., None, None]
+    y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
+    y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
+    y = y - y.mean(axis=3, keepdims=True)
+    t = record.stamps - record.stamps.mean()
+    t /= np.sqrt(t @ t)
+    e = record.measured - record.measured.mean() - y
+    e -= (e @ t)[..., None] * t
+    y -= (y @ t)[..., None] * t
+    noise = float((e * e).mean(axis=3).min()) + 1e-12
+    gain = (e * y).sum(axis=3) / ((y * y).sum(axis=3) + noise / GAIN_STD**2)
+    e -= gain[..., None] * y
+    return np.asarray((e * e).mean(axis=3))
