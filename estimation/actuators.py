@@ -15,6 +15,7 @@ that one explains the drive half as well: noise, or a model that is right, chang
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import log
 from typing import Final
 
 import numpy as np
@@ -30,14 +31,15 @@ MEMORY = 6.0
 REST_MEMORY = 1.0
 """At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
-INTERVAL = 0.2  # between two comparisons [s]
+INTERVAL = 0.1  # between two comparisons [s]
 AGREEING = 2  # comparisons that have to agree
 GAIN_STD = 0.15  # prior of c2
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
-NEAR = (0.075, 0.11)
+NEAR = (0.055, 0.055)
 """Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
-BETTER = 2.0
-"""The least residual of the models near the present one, over that of the best one, in squares."""
+EVIDENCE = 25.0
+"""Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
+BETTER = 1.25  # and the squares of the residuals by this factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,7 +122,9 @@ def compared(
     dead, lag = np.abs(DEAD_TIMES - present[0]), np.abs(LAGS - present[1])
     near = (dead <= max(NEAR[0], float(dead.min())))[:, None] & (lag <= max(NEAR[1], float(lag.min())))
     now, then = float(residuals[:, near].min()), float(residuals[best])
-    better = now > BETTER * then and now - then > least**2
+    floor = 1e-6 * least**2  # of a drive without any noise
+    evidence = len(record.stamps) * log((now + floor) / (then + floor))
+    better = evidence > EVIDENCE and now > BETTER * then and now - then > least**2
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     record = replace(record, compared_at=at, found=model if better else None, agreed=agreed)

@@ -15,9 +15,9 @@ from rti_mpcc.planning.state import ControllerState
 
 _log = logging.getLogger(__name__)
 
-LEAST_SPEED = 0.01
+LEAST_SPEED = 0.003
 """Models of the drive that explain the speed better by less [m/s] change nothing."""
-LEAST_STEERING = 0.005
+LEAST_STEERING = 0.0015
 """The same of the steering [rad]."""
 
 
