@@ -26,6 +26,7 @@ LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.
 """Of the bank [s]; the first one stands for none."""
 DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
 """Of the bank [s]."""
+GRID = 0.1  # so fine is the grid of the bank [s]
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
 REST_MEMORY = 1.0
@@ -39,6 +40,8 @@ NEAR = (0.055, 0.055)
 """Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
 EVIDENCE = 25.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
+UNKNOWN = 0.8
+"""Delay of an actuator of which nothing is known [s]."""
 BETTER = 1.25  # and the squares of the residuals by this factor
 
 
@@ -53,6 +56,7 @@ class ActuatorRecord:
         stamps: (m,) of the measurements [s]; measured: (m,).
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
+        uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
     sent: Array = field(default_factory=lambda: np.zeros(0))
@@ -64,6 +68,7 @@ class ActuatorRecord:
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
+    uncertain: float = UNKNOWN
 
 
 def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
@@ -127,8 +132,16 @@ def compared(
     better = evidence > EVIDENCE and now > BETTER * then and now - then > least**2
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
-    record = replace(record, compared_at=at, found=model if better else None, agreed=agreed)
-    return record, (model if agreed >= AGREEING else None)
+    changed = model if agreed >= AGREEING else None
+    total = DEAD_TIMES[:, None] + LAGS
+    possible = len(record.stamps) * np.log((residuals.min(axis=0) + floor) / (then + floor)) < EVIDENCE
+    later = float(total[possible].max()) - sum(present if changed is None else changed)
+    before = record.uncertain if changed is None else UNKNOWN
+    uncertain = min(max(later - GRID, 0.0), before)
+    record = replace(
+        record, compared_at=at, found=model if better else None, agreed=agreed, uncertain=uncertain
+    )
+    return record, changed
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:

@@ -291,7 +291,10 @@ class DockingController:
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        late = actuation.unanswered(s, clock.now, config)
+        monitor = validate_measurement(
+            last.monitor, measured, s.queue, clock.now, config, last.disturbance, late
+        )
         s, found = actuation.learnt(s, monitor, clock.now, config)
         if found:
             last, monitor = s.vehicle, replace(monitor, steering_gap=0.0)

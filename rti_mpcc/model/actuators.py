@@ -108,19 +108,55 @@ class Actuation:
         )
 
 
+def waits(actuators: Actuators, cycle: float) -> tuple[int, int]:
+    """Cycles that commands of drive and steering wait, so that both act at the same time."""
+    drive, steering = (round((actuators.dead_time - each.dead_time) / cycle) for each in actuators)
+    return drive, steering
+
+
 def going_out(sent: Sequence[Actuation], actuators: Actuators, cycle: float) -> tuple[Actuation, Actuation]:
-    """What drive and steering are sent now: the quicker of the two waits for the other one."""
-    last = len(sent) - 1
-    waits = [round((actuators.dead_time - each.dead_time) / cycle) for each in actuators]
-    return sent[last - min(waits[0], last)], sent[last - min(waits[1], last)]
+    """The commands that drive and steering are sent now: the quicker of the two waits for the other one."""
+    drive, steering = (sent[-1 - min(each, len(sent) - 1)] for each in waits(actuators, cycle))
+    return drive, steering
 
 
-def answered_by(sent: Sequence[Actuation], before: Actuators, actuators: Actuators) -> tuple[Actuation, ...]:
-    """The same commands for actuators that turned out to answer otherwise than those `before`."""
+def answered_by(
+    sent: Sequence[Actuation], before: Actuators, actuators: Actuators, cycle: float
+) -> tuple[Actuation, ...]:
+    """The commands `sent`, as actuators answer them that turned out not to be those `before`.
+
+    Where one of them waits longer from now on, its last command goes on; where shorter, commands that still
+    wait are dropped.
+    """
+    old, new = waits(before, cycle), waits(actuators, cycle)
     later = actuators.dead_time - before.dead_time
     found: list[Actuation] = []
-    for each in sent:
+    for place, each in enumerate(sent):
+        drive = _shifted(sent, place + new[0] - old[0])
+        wheels = _shifted(sent, place + new[1] - old[1])
         begins = each.begins + later
         acting = found[-1].acting(begins, actuators) if found else each.before
-        found.append(replace(each, begins=begins, before=acting))
+        found.append(
+            Actuation(
+                begins=begins,
+                acceleration=drive.acceleration,
+                steering_rate=wheels.steering_rate,
+                before=acting,
+                speed=drive.speed,
+                steering=wheels.steering,
+            )
+        )
     return tuple(found)
+
+
+def _shifted(sent: Sequence[Actuation], place: int) -> Actuation:
+    """The command at a place, that may be before the first one or behind the last one."""
+    beyond = place - (len(sent) - 1)
+    if beyond <= 0 or len(sent) < 2:
+        return sent[min(max(place, 0), len(sent) - 1)]
+    last, previous = sent[-1], sent[-2]
+    return replace(
+        last,
+        speed=last.speed + beyond * (last.speed - previous.speed),
+        steering=last.steering + beyond * (last.steering - previous.steering),
+    )

@@ -33,7 +33,8 @@ def learnt(
     vehicle, present = s.vehicle, s.vehicle.actuators
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
-        return replace(s, vehicle=replace(vehicle, records=(ActuatorRecord(), ActuatorRecord()))), ""
+        fresh = [ActuatorRecord(uncertain=each.uncertain) for each in vehicle.records]
+        return replace(s, vehicle=replace(vehicle, records=(fresh[0], fresh[1]))), ""
     out = going_out(s.sent, present, config.cycle)
     drive, wheels = (out[0].acceleration, out[0].speed), (out[1].steering_rate, out[1].steering)
     inputs = (drive, float(monitor.measured[V]), LEAST_SPEED, s.is_stationary)
@@ -56,11 +57,24 @@ def learnt(
         if each[0] != each[1]
     )
     _log.info("%s", remark)
-    sent = answered_by(s.sent, present, found)
+    sent = answered_by(s.sent, present, found, config.cycle)
     queue = tuple(each.queued(found, config.cycle) for each in sent)
     # What seemed to act beside the commands was the lag.
     vehicle = replace(vehicle, actuators=found, offsets=None)
     return replace(s, vehicle=vehicle, sent=sent, queue=still_acting(queue, s.now)), remark
+
+
+def unanswered(s: ControllerState, now: float, config: ControllerConfig) -> float:
+    """Turn of the wheels [rad] that was commanded, but may not be answered yet at `now` [s]."""
+    uncertain = s.vehicle.records[1].uncertain
+    if not config.disturbance.enabled or uncertain <= 0.0:
+        return 0.0
+    turn = 0.0
+    for each in reversed(s.sent):
+        if each.begins <= now - uncertain:
+            break
+        turn += each.steering_rate * config.cycle * (each.begins <= now)
+    return turn
 
 
 def _remark(name: str, assumed: Actuator, found: Actuator) -> str:
