@@ -15,7 +15,6 @@ that one explains the drive half as well: noise, or a model that is right, chang
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import log
 from typing import Final
 
 import numpy as np
@@ -36,12 +35,16 @@ INTERVAL = 0.1  # between two comparisons [s]
 AGREEING = 2  # comparisons that have to agree
 GAIN_STD = 0.15  # prior of c2
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
-NEAR = (0.055, 0.055)
+NEAR = 0.055
 """Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
 EVIDENCE = 25.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
 UNKNOWN = 0.8
 """Delay of an actuator of which nothing is known [s]."""
+KEPT = 0.9
+"""Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
+which there was none."""
+UNEXPLAINED = 0.05  # of the motion, beyond noise, at most: else something else than lag is wrong
 BETTER = 1.25  # and the squares of the residuals by this factor
 
 
@@ -56,6 +59,8 @@ class ActuatorRecord:
         stamps: (m,) of the measurements [s]; measured: (m,).
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
+        evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
+            likelihood; gathered_at: when that was gathered last [s].
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
@@ -68,7 +73,13 @@ class ActuatorRecord:
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
+    evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    gathered_at: float = -np.inf
     uncertain: float = UNKNOWN
+
+    def restarted(self) -> ActuatorRecord:
+        """After a time of which it is not known what was driven."""
+        return ActuatorRecord(evidence=self.evidence, uncertain=self.uncertain)
 
 
 def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
@@ -121,32 +132,50 @@ def compared(
     """
     if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < 10:
         return record, None
-    residuals = _residuals(record, at)
-    best = np.unravel_index(int(np.argmin(residuals)), residuals.shape)
-    model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
+    by_interface = _residuals(record, at)
+    residuals = by_interface.min(axis=0)
+    floor = (0.1 * least) ** 2
+    fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
+    against = record.evidence + fresh
+    best = np.unravel_index(int(np.argmin(against)), against.shape)
+    model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
     dead, lag = np.abs(DEAD_TIMES - present[0]), np.abs(LAGS - present[1])
-    near = (dead <= max(NEAR[0], float(dead.min())))[:, None] & (lag <= max(NEAR[1], float(lag.min())))
-    now, then = float(residuals[:, near].min()), float(residuals[best])
-    floor = 1e-6 * least**2  # of a drive without any noise
-    evidence = len(record.stamps) * log((now + floor) / (then + floor))
-    better = evidence > EVIDENCE and now > BETTER * then and now - then > least**2
+    near = (dead <= max(NEAR, float(dead.min())))[:, None] & (lag <= max(NEAR, float(lag.min())))
+    now, then = float(residuals[near].min()), float(residuals[best])
+    better = (
+        against[near].min() - against[best] > EVIDENCE
+        and now > BETTER * then
+        and now - then > least**2
+        and then <= _noise(record.measured) + (UNEXPLAINED * float(np.std(record.measured))) ** 2
+    )
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
     total = DEAD_TIMES[:, None] + LAGS
-    possible = len(record.stamps) * np.log((residuals.min(axis=0) + floor) / (then + floor)) < EVIDENCE
-    later = float(total[possible].max()) - sum(present if changed is None else changed)
-    before = record.uncertain if changed is None else UNKNOWN
-    uncertain = min(max(later - GRID, 0.0), before)
+    later = float(total[against - against[best] < EVIDENCE].max()) - sum(changed or present)
+    uncertain = min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain)
+    gathered = at - record.gathered_at >= MEMORY
     record = replace(
-        record, compared_at=at, found=model if better else None, agreed=agreed, uncertain=uncertain
+        record,
+        compared_at=at,
+        found=model if better else None,
+        agreed=agreed,
+        uncertain=uncertain,
+        evidence=KEPT * record.evidence + fresh if gathered else record.evidence,
+        gathered_at=at if gathered else record.gathered_at,
     )
     return record, changed
 
 
+def _noise(measured: Array) -> float:
+    """Upper bound of the variance of the noise, from the second differences: motion has hardly any."""
+    second = np.diff(measured, 2)
+    return 1.5 * float(second @ second) / (6.0 * len(second))
+
+
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     """Whether two models answer after about the same time."""
-    return abs(sum(one) - sum(other)) <= NEAR[1]
+    return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
 def _residuals(record: ActuatorRecord, at: float) -> Array:

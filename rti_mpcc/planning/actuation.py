@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from estimation.actuators import ActuatorRecord, commanded, compared, observed
+from estimation.actuators import commanded, compared, observed
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import still_acting
@@ -33,8 +33,8 @@ def learnt(
     vehicle, present = s.vehicle, s.vehicle.actuators
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
-        fresh = [ActuatorRecord(uncertain=each.uncertain) for each in vehicle.records]
-        return replace(s, vehicle=replace(vehicle, records=(fresh[0], fresh[1]))), ""
+        drive, steering = vehicle.records
+        return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), ""
     out = going_out(s.sent, present, config.cycle)
     drive, wheels = (out[0].acceleration, out[0].speed), (out[1].steering_rate, out[1].steering)
     inputs = (drive, float(monitor.measured[V]), LEAST_SPEED, s.is_stationary)
