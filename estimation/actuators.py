@@ -15,7 +15,7 @@ that one explains the drive half as well: noise, or a model that is right, chang
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,7 @@ SPACING = 0.04  # of measurements that are kept [s]: at most 150
 INTERVAL = 0.1  # between two comparisons [s]
 AGREEING = 2  # comparisons that have to agree
 GAIN_STD = 0.15  # prior of c2
+REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
 NEAR = 0.055
 """Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
@@ -45,7 +46,21 @@ KEPT = 0.9
 """Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
 which there was none."""
 UNEXPLAINED = 0.05  # of the motion, beyond noise, at most: else something else than lag is wrong
-BETTER = 1.25  # and the squares of the residuals by this factor
+LEAST_COUNT = 10  # of measurements that are compared
+
+
+class Scale(NamedTuple):
+    """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
+
+    `drift`: standard deviation of c1 [m/s²], [rad/s].
+    """
+
+    least: float
+    drift: float
+
+
+DRIVE: Final = Scale(0.003, 0.3)
+STEERING: Final = Scale(0.0015, 0.02)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,7 +75,8 @@ class ActuatorRecord:
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
         evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
-            likelihood; gathered_at: when that was gathered last [s].
+            likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
+        obeys_setpoints: they explain the measurements better than the rates; corrected: it was, once.
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
@@ -74,12 +90,21 @@ class ActuatorRecord:
     found: tuple[float, float] | None = None
     agreed: int = 0
     evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
-    gathered_at: float = -np.inf
+    fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    gathered_at: float | None = None
+    obeys_setpoints: bool = False
+    corrected: bool = False
     uncertain: float = UNKNOWN
 
     def restarted(self) -> ActuatorRecord:
         """After a time of which it is not known what was driven."""
-        return ActuatorRecord(evidence=self.evidence, uncertain=self.uncertain)
+        return ActuatorRecord(
+            evidence=self.evidence,
+            fresh=self.fresh,
+            obeys_setpoints=self.obeys_setpoints,
+            corrected=self.corrected,
+            uncertain=self.uncertain,
+        )
 
 
 def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
@@ -124,47 +149,57 @@ def observed(record: ActuatorRecord, value: float, at: float, *, at_rest: bool) 
 
 
 def compared(
-    record: ActuatorRecord, present: tuple[float, float], at: float, least: float
+    record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
-    """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None.
-
-    `least`: root mean square by which the best one has to explain the measurements better.
-    """
-    if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < 10:
+    """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
+    if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < LEAST_COUNT:
         return record, None
-    by_interface = _residuals(record, at)
+    noise, floor = _noise(record.measured), (0.1 * scale.least) ** 2
+    by_interface = _residuals(record, at, noise + floor, scale.drift)
     residuals = by_interface.min(axis=0)
-    floor = (0.1 * least) ** 2
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
     against = record.evidence + fresh
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
-    dead, lag = np.abs(DEAD_TIMES - present[0]), np.abs(LAGS - present[1])
-    near = (dead <= max(NEAR, float(dead.min())))[:, None] & (lag <= max(NEAR, float(lag.min())))
+    near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
     now, then = float(residuals[near].min()), float(residuals[best])
+    needed = REFINING if record.corrected else EVIDENCE
     better = (
-        against[near].min() - against[best] > EVIDENCE
-        and now > BETTER * then
-        and now - then > least**2
-        and then <= _noise(record.measured) + (UNEXPLAINED * float(np.std(record.measured))) ** 2
+        float(against[near].min() - against[best]) > needed
+        and now - then > scale.least**2
+        and then <= noise + floor + (UNEXPLAINED * float(np.std(record.measured))) ** 2
     )
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
     total = DEAD_TIMES[:, None] + LAGS
     later = float(total[against - against[best] < EVIDENCE].max()) - sum(changed or present)
-    uncertain = min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain)
-    gathered = at - record.gathered_at >= MEMORY
+    record = _gathered(record, fresh, at)
     record = replace(
         record,
         compared_at=at,
         found=model if better else None,
         agreed=agreed,
-        uncertain=uncertain,
-        evidence=KEPT * record.evidence + fresh if gathered else record.evidence,
-        gathered_at=at if gathered else record.gathered_at,
+        obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
+        corrected=record.corrected or changed is not None,
+        uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
     )
     return record, changed
+
+
+def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:
+    """With the evidence of one more `MEMORY` once it is over: what is still compared counts once."""
+    if record.gathered_at is None:
+        return replace(record, gathered_at=at)
+    if at - record.gathered_at < MEMORY:
+        return record
+    return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
+
+
+def _near(grid: Array, value: float) -> Array:
+    """Which values of a grid [s] are near this one."""
+    off = np.abs(grid - value)
+    return np.asarray(off <= max(NEAR, float(off.min())))
 
 
 def _noise(measured: Array) -> float:
@@ -178,8 +213,8 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _residuals(record: ActuatorRecord, at: float) -> Array:
-    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points."""
+def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float) -> Array:
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
     output, _ = _advanced(record, at)
     sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
     due = record.stamps[None, :] - DEAD_TIMES[:, None]
@@ -190,11 +225,8 @@ def _residuals(record: ActuatorRecord, at: float) -> Array:
     y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
     y = y - y.mean(axis=3, keepdims=True)
     t = record.stamps - record.stamps.mean()
-    t /= np.sqrt(t @ t)
     e = record.measured - record.measured.mean() - y
-    e -= (e @ t)[..., None] * t
-    y -= (y @ t)[..., None] * t
-    noise = float((e * e).mean(axis=3).min()) + 1e-12
-    gain = (e * y).sum(axis=3) / ((y * y).sum(axis=3) + noise / GAIN_STD**2)
-    e -= gain[..., None] * y
-    return np.asarray((e * e).mean(axis=3))
+    ty, te, ye = y @ t, e @ t, (y * e).sum(axis=3)
+    tt, yy = float(t @ t) + variance / drift**2, (y * y).sum(axis=3) + variance / GAIN_STD**2
+    explained = (yy * te**2 - 2.0 * ty * te * ye + tt * ye**2) / (tt * yy - ty**2)
+    return np.asarray(((e * e).sum(axis=3) - explained) / len(t))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from estimation.actuators import commanded, compared, observed
+from estimation.actuators import DRIVE, STEERING, commanded, compared, observed
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import still_acting
@@ -14,11 +14,6 @@ from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState
 
 _log = logging.getLogger(__name__)
-
-LEAST_SPEED = 0.003
-"""Models of the drive that explain the speed better by less [m/s] change nothing."""
-LEAST_STEERING = 0.0015
-"""The same of the steering [rad]."""
 
 
 def learnt(
@@ -37,14 +32,14 @@ def learnt(
         return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), ""
     out = going_out(s.sent, present, config.cycle)
     drive, wheels = (out[0].acceleration, out[0].speed), (out[1].steering_rate, out[1].steering)
-    inputs = (drive, float(monitor.measured[V]), LEAST_SPEED, s.is_stationary)
-    turning = (wheels, float(monitor.measured[DELTA]), LEAST_STEERING, False)
+    inputs = (drive, float(monitor.measured[V]), DRIVE, s.is_stationary)
+    turning = (wheels, float(monitor.measured[DELTA]), STEERING, False)
     records, actuators = [], []
-    for record, actuator, (command, value, least, at_rest) in zip(
+    for record, actuator, (command, value, scale, at_rest) in zip(
         vehicle.records, present, (inputs, turning), strict=True
     ):
         seen = observed(commanded(record, *command, s.now), value, now, at_rest=at_rest)
-        seen, model = compared(seen, actuator, now, least)
+        seen, model = compared(seen, actuator, now, scale)
         records.append(seen)
         actuators.append(actuator if model is None else Actuator(*model))
     found = Actuators(*actuators)
@@ -57,7 +52,11 @@ def learnt(
         if each[0] != each[1]
     )
     _log.info("%s", remark)
-    sent = answered_by(s.sent, present, found, config.cycle)
+    sent, disturbance = s.sent, vehicle.disturbance
+    if found.drive != present.drive and records[0].obeys_setpoints:
+        # What was commanded against a disturbance is not in the set-points.
+        sent = tuple(replace(each, acceleration=disturbance.acting(each.acceleration)) for each in sent)
+    sent = answered_by(sent, present, found, config.cycle)
     queue = tuple(each.queued(found, config.cycle) for each in sent)
     # What seemed to act beside the commands was the lag.
     vehicle = replace(vehicle, actuators=found, offsets=None)

@@ -39,8 +39,8 @@ def sent(
     speed, angle = _at_rest(s, before, begin)
     if s.sent:
         last, comfort = s.sent[-1], config.comfort
-        speed = _led(last.speed, speed, UNKNOWN_LAG * comfort.acceleration, cycle)
-        angle = _led(last.steering, angle, UNKNOWN_LAG * comfort.steering_rate, cycle)
+        speed = _led(last.speed, speed, comfort.acceleration, cycle)
+        angle = _led(last.steering, angle, comfort.steering_rate, cycle)
     now = begin if s.vehicle.monitor.state is None else s.vehicle.monitor.state
     actuation = Actuation(
         begins=begins,
@@ -63,10 +63,11 @@ def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> t
     return speed, disturbance.measured_steering(float(begin[DELTA])) + steering.lag * before[1]
 
 
-def _led(last: float, at_rest: float, most: float, seconds: float) -> float:
-    """The last set-point, led towards where the vehicle would come to, and at `most` that far from it."""
+def _led(last: float, at_rest: float, comfort: float, seconds: float) -> float:
+    """The last set-point, led in comfort towards where the vehicle would come to, if it is far from it."""
     led = at_rest + (last - at_rest) * exp(-seconds / CORRECTION)
-    return min(max(led, at_rest - most), at_rest + most)
+    wanted = min(max(led, at_rest - UNKNOWN_LAG * comfort), at_rest + UNKNOWN_LAG * comfort)
+    return min(max(wanted, led - comfort * seconds), led + comfort * seconds)
 
 
 def _within(value: float, limit: float, now: float) -> float:
