@@ -34,6 +34,7 @@ from geometry import (
 )
 from geometry.later import import_later
 from rti_mpcc.config import (
+    ActuatorModel,
     Clearance,
     ControllerConfig,
     GoalTracking,
@@ -84,6 +85,7 @@ else:  # imported when they are first used: cameras, missions, and the planner's
     )
 
 __all__ = [
+    "ActuatorModel",
     "Approach",
     "Area",
     "AreaError",

@@ -27,10 +27,10 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_of
-from rti_mpcc.model.delay import QueuedCommand, queued
+from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import aim, goals, sensing, stops, validation
+from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -42,6 +42,7 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
+from rti_mpcc.safety.sending import sent
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 if TYPE_CHECKING:  # a controller that plans no route does without
@@ -131,7 +132,8 @@ class DockingController:
 
     def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
         make_ready()
-        self.config, self.state, self._rerouter = config, state, rerouter
+        given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
+        self.config, self.state, self._rerouter = config, replace(state, vehicle=given), rerouter
         self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
@@ -262,18 +264,19 @@ class DockingController:
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
-            after = _sent(after, decision.control, context.begin, context.state)
+            after = sent(after, decision.control, context.begin, context.state, self.config)
+            after = replace(after, begin=context.state)
             after = _looking_again(after, status, decision.verdict.reason)
             remarks = (*remarks, unfit, *aim.goal_remarks(s.goal))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
-            sent = command(decision, status, context, after, detections, remarks, self.config, clock)
+            answer = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
-            after, sent = self._rescued(s, error, clock)
+            after, answer = self._rescued(s, error, clock)
         self.state = after
-        return sent
+        return answer
 
     def problem(self) -> QpProblem:
         """The QP that was solved last on the active segment, for study off line; zeros if none was."""
@@ -294,12 +297,18 @@ class DockingController:
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        late = actuation.unanswered(s, clock.now, config)
+        monitor = validate_measurement(
+            last.monitor, measured, s.queue, clock.now, config, last.disturbance, late
+        )
+        s, found = actuation.learnt(s, monitor, clock.now, config)
+        if found:
+            last, monitor = s.vehicle, replace(monitor, steering_gap=0.0)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
         vehicle = replace(
-            last,
+            s.vehicle,
             monitor=monitor,
             offsets=known,
             disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
@@ -310,7 +319,7 @@ class DockingController:
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
-        return s, (clock_remark, hint)
+        return s, (clock_remark, hint, found)
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """The remark on the first measured heading, as long as one as large is measured."""
@@ -425,7 +434,7 @@ class DockingController:
         verdict = Verdict(Reason.MISTAKE, what)
         if self._rerouter is not None:
             self._rerouter.forget()
-        at, start = s.now + config.dead_time, s.vehicle.monitor.state
+        at, start = s.now + s.vehicle.dead_time, s.vehicle.monitor.state
         if start is not None:
             with suppress(Exception):  # the error may be in this: then the present estimate is used
                 start = sensing.predicted(s, at, config)
@@ -434,7 +443,7 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = _sent(moves.begun_again(s, str(verdict)), control, at)
+        s = sent(moves.begun_again(s, str(verdict)), control, at, start, config)
         return s, emergency(control, start, s, verdict, config, clock)
 
 
@@ -459,14 +468,6 @@ def _mended(
         told = change.aside is not None or change.curvature > change.possible
         _log.log(logging.WARNING if told else logging.INFO, "%s", change)
     return made.path, made.changes
-
-
-def _sent(
-    s: ControllerState, control: ControlInput, at: float, begin: Array | None = None
-) -> ControllerState:
-    """With a command in the queue that acts from `at` [s] on, in the state `begin` (6,) if known."""
-    sent = QueuedCommand(at, control.acceleration, control.steering_rate)
-    return replace(s, queue=queued(s.queue, sent, s.now), begin=begin)
 
 
 def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:

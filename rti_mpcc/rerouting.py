@@ -226,7 +226,7 @@ class Rerouter:
         begun = self._planning is not None and s.task.phase is not Phase.HOLDING
         stuck = not s.on_planned_way and (route.why or (begun and s.is_stationary))
         if s.task.phase is Phase.PLANNING or stuck:
-            if not s.vehicle.is_stationary(s.now, self._config.dead_time):
+            if not s.vehicle.is_stationary(s.now, s.vehicle.dead_time):
                 return None
             return ReplanRequest(start=ways.here(s, self._config), goal=goal, area=s.area)
         if s.task.drives and (s.task.stop is not None or route.wanted):
@@ -279,7 +279,7 @@ class Rerouter:
         told = replace(route, manoeuvre=found, changes=s.area.changes)
         if asked.at is not None:
             # Once its own time has come.
-            there = s.now + config.dead_time >= asked.at - 0.5 * config.cycle
+            there = s.now + s.vehicle.dead_time >= asked.at - 0.5 * config.cycle
             if not (there and asked.is_joined_by(found)):
                 return s
         elif not (planning or route.why):

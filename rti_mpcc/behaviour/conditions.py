@@ -162,7 +162,7 @@ def replan_due(s: ControllerState, context: PlanningContext) -> bool:
 
 def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the next segment may start: at rest at the end of this one for its dwell, or long near it."""
-    dwell = max(config.dead_time, s.task.segment.dwell)
+    dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
     if abs(context.measured_speed) > STANDSTILL_SPEED:

@@ -17,11 +17,12 @@ from rti_mpcc.config.mpc import (
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import Comfort, Limits, Ride, Vehicle
+from rti_mpcc.config.vehicle import ActuatorModel, Comfort, Limits, Ride, Vehicle
 
 __all__ = [
     "COMFORT_ACCELERATION",
     "EXIT",
+    "ActuatorModel",
     "Clearance",
     "Comfort",
     "ControllerConfig",

@@ -25,7 +25,7 @@ from rti_mpcc.config.mpc import (
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Ride, Vehicle
+from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Limits, Ride, Vehicle
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
@@ -59,7 +59,8 @@ class ControllerConfig(Settings):
             presets of the paper it is not.
         vehicle_filter: how noise is taken out of the measured state, see `VehicleFilterConfig`; likewise.
         cycle: time between two steps [s], 0.005 to 0.2.
-        dead_time: time from a command to its effect, on both actuators [s].
+        actuators: how drive and steering answer a command, see `ActuatorModel`; a live estimate
+            corrects it. `dead_time=` is short for its dead time.
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
@@ -103,7 +104,7 @@ class ControllerConfig(Settings):
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
-    dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    actuators: ActuatorModel = ActuatorModel()
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
@@ -116,6 +117,19 @@ class ControllerConfig(Settings):
     recovery: bool | None = None
     escape_speed: NonNegative = 0.0
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, values: Any) -> Any:
+        """`dead_time` as a part of `actuators`."""
+        if not isinstance(values, Mapping) or "dead_time" not in values:
+            return values
+        others = {name: value for name, value in values.items() if name != "dead_time"}
+        given = others.get("actuators", {})
+        told = given.model_dump(exclude_unset=True) if isinstance(given, ActuatorModel) else given
+        if not isinstance(told, Mapping):
+            return others
+        return {**others, "actuators": {**told, "dead_time": values["dead_time"]}}
 
     @field_validator("objective", mode="before")
     @classmethod
@@ -137,6 +151,11 @@ class ControllerConfig(Settings):
                 said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
                 raise ValueError(said)
         return self
+
+    @property
+    def dead_time(self) -> float:
+        """Time from a command to the begin of its effect [s], as far as it is given."""
+        return self.actuators.dead_time
 
     @cached_property
     def max_curvature(self) -> float:

@@ -117,6 +117,28 @@ class Limits(Settings):
     steering_rate: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
 
 
+Delay = Annotated[float, Field(ge=0.0, le=1.0)]
+"""Dead time or lag of an actuator [s]."""
+
+
+class ActuatorModel(Settings):
+    """How drive and steering answer a command: dead time, then a lag of first order.
+
+    It is the same for a vehicle that obeys acceleration and steering rate, and for one that obeys set-points
+    of speed and steering: the set-points are the integrals of the rates.
+
+    Attributes:
+        dead_time: time from a command to the begin of its effect, on both actuators [s].
+        drive_lag: time constant of the drive [s]; steering_lag: of the steering [s].
+        steering_dead_time: dead time of the steering [s], where it differs from that of the drive.
+    """
+
+    dead_time: Delay = 0.0
+    drive_lag: Delay = 0.0
+    steering_lag: Delay = 0.0
+    steering_dead_time: Delay | None = None
+
+
 KINDS: dict[str, tuple[Vehicle, Limits]] = {
     "rc_car": (
         Vehicle(wheelbase=0.33, width=0.31, front=0.455, rear=0.125),

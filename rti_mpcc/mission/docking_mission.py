@@ -92,7 +92,7 @@ class DockingMission:
         `result` alone does not say so: a mission that is cancelled, or out of time, still brakes.
         """
         s = self.controller.state
-        return not self.agenda.due and s.vehicle.is_stationary(s.now, self.controller.config.dead_time)
+        return not self.agenda.due and s.vehicle.is_stationary(s.now, s.vehicle.dead_time)
 
     @property
     def log(self) -> tuple[StepRecord, ...]:

@@ -102,8 +102,12 @@ def validate_measurement(
     now: float,
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
+    unanswered: float = 0.0,
 ) -> StateMonitor:
-    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
+    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle.
+
+    `unanswered`: commanded turn [rad] that a steering of unknown lag may not have answered yet.
+    """
     measured, unreadable = _read(given)
     problem = unreadable or _unfit(measured, config)
     seconds = now - last.at
@@ -123,7 +127,7 @@ def validate_measurement(
     follows = expected if last.why else rolled(last.measured)
     if not problem:
         gap += float(measured[DELTA] - follows[DELTA])
-        problem = fault = _steering_fault(gap, last)
+        problem = fault = _steering_fault(gap, unanswered, last)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= REST_SPEED
     if frozen:
@@ -282,11 +286,11 @@ def _alike(
     return not _far(measured, rolled(before), seconds, config)
 
 
-def _steering_fault(gap: float, last: StateMonitor) -> str:
+def _steering_fault(gap: float, unanswered: float, last: StateMonitor) -> str:
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
     if last.steering_fault:
         return last.why
-    if abs(gap) > STEERING_GAP:
+    if abs(gap) > STEERING_GAP + abs(unanswered):
         return f"the steering does not follow its commands: {gap:+.2f} rad off"
     return ""
 

@@ -34,7 +34,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
     if s.vehicle.monitor.state is None:
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    start = predicted(s, s.now + config.dead_time, config)
+    start = predicted(s, s.now + s.vehicle.dead_time, config)
     _place_on_route(start, s.begin, part)
     return start
 
@@ -56,12 +56,14 @@ def context_of(
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     along, distance = distance_left(here, theta, on_path, part, target)
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
+    begin = now + s.vehicle.dead_time
+    acting = s.sent[-1].acting(begin, s.vehicle.actuators)[0] if s.sent else None
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
-        begin=now + config.dead_time,
+        begin=begin,
         state=reached,
-        acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
+        acceleration=0.0 if acting is None else s.vehicle.disturbance.acting(acting),
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
         doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,

@@ -10,9 +10,11 @@ from enum import Enum
 from math import inf
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
+from estimation.actuators import ActuatorRecord
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, SegmentEnd, Segments
+from rti_mpcc.model.actuators import Actuation, Actuators
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -131,6 +133,7 @@ class VehicleEstimate:
         offsets: the estimate of the disturbance, or None; disturbance: by it, none where it is not known.
         poses: of the last moments.
         heading_hint: remark on the first measured heading, or "".
+        actuators: dead times and lags of drive and steering; records: what is learnt of both.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
     """
 
@@ -139,7 +142,16 @@ class VehicleEstimate:
     disturbance: Disturbance = UNDISTURBED
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
+    actuators: Actuators = field(default_factory=Actuators)
+    records: tuple[ActuatorRecord, ActuatorRecord] = field(
+        default_factory=lambda: (ActuatorRecord(), ActuatorRecord())
+    )
     standing_since: float | None = None
+
+    @property
+    def dead_time(self) -> float:
+        """From a command until it acts [s]."""
+        return self.actuators.dead_time
 
     def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""
@@ -327,7 +339,7 @@ class ControllerState:
     Attributes:
         path: the route of the task's segments; route: of route planning, None where it never replans.
         area: the free space, with the obstacles that were given last.
-        queue: commands that do not act yet.
+        queue: commands that do not act yet, as they will act; sent: the last ones, as they were sent.
         begin: state (6,) in which the last command starts to act, or None at the start of a segment.
         agenda: of the mission, or None.
     """
@@ -341,6 +353,7 @@ class ControllerState:
     route: RouteState | None = None
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
+    sent: tuple[Actuation, ...] = ()
     begin: Array | None = None
     agenda: Agenda | None = None
 

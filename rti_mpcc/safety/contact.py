@@ -61,7 +61,7 @@ def overlap_now(s: ControllerState, context: PlanningContext, config: Controller
     estimate = s.vehicle.monitor.state
     if estimate is None:
         return None
-    half = s.now + 0.5 * config.dead_time
+    half = s.now + 0.5 * s.vehicle.dead_time
     middle = by_commands(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
     return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, config)
 
@@ -145,8 +145,8 @@ def distance_to_moving(
         return inf
     marks, states = _driven(plan, config, reach)
     ahead = s.now - s.area.given_at + later
-    elapsed = ahead + config.dead_time + (_times(plan, marks) - plan.times[0])
-    stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
+    elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
+    stop = s.vehicle.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in s.area.moving:
         _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)
@@ -213,7 +213,7 @@ def met_on(s: ControllerState, plan: Trajectory, distance: float, config: Contro
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
-    ahead = s.now - s.area.given_at + config.dead_time + float(times[0] - plan.times[0])
+    ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
     return met_by(state, s.area, s.task.segment.index, config, ahead)
 
 

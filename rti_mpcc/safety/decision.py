@@ -12,8 +12,9 @@ from geometry import Pose2
 from geometry.compiled import Array1, Out2, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
+from rti_mpcc.model.actuators import going_out
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -76,7 +77,7 @@ def command(
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
     )
-    return _command(decision.control, context.state, status, plan, diagnostics, config, s)
+    return _command(decision.control, status, plan, diagnostics, config, s)
 
 
 def emergency(
@@ -89,7 +90,7 @@ def emergency(
 ) -> Command:
     """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    begin = s.now - s.clock.offset + config.dead_time
+    begin = s.now - s.clock.offset + s.vehicle.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control, verdict, motion)
@@ -101,40 +102,31 @@ def emergency(
         failed=True,
     )
     status = status_of(verdict, s.task)
-    return _command(control, state, status, motion, diagnostics, config, s)
+    return _command(control, status, motion, diagnostics, config, s)
 
 
 def _command(
     control: ControlInput,
-    state: Array,
     status: Status,
     plan: Trajectory,
     diagnostics: Diagnostics,
     config: ControllerConfig,
     s: ControllerState,
 ) -> Command:
-    """`control`, as it is sent, from the state (6,) in which it starts to act."""
-    estimate, disturbance = s.vehicle.monitor.state, s.vehicle.disturbance
-    now = state if estimate is None else estimate
-    speed = float(state[V]) + config.cycle * disturbance.acting(control.acceleration)
-    steering = disturbance.measured_steering(float(state[DELTA])) + config.cycle * control.steering_rate
+    """What is sent of `control`, and what is said with it."""
+    drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(
-        acceleration=control.acceleration,
-        steering_rate=control.steering_rate,
-        speed=_within(speed, config.limits.speed, float(now[V])),
-        steering=_within(steering, config.limits.steering, float(now[DELTA])),
+        acceleration=drive.acceleration,
+        steering_rate=wheels.steering_rate,
+        speed=drive.speed,
+        steering=wheels.steering,
         status=status,
         source=control.source,
         docked=status is Status.DOCKED,
-        trajectory=_as_sent(plan, disturbance),
+        trajectory=_as_sent(plan, s.vehicle.disturbance),
         diagnostics=diagnostics,
         goal=s.goal_setpoint,
     )
-
-
-def _within(value: float, limit: float, now: float) -> float:
-    """A planned value within its limit, or no farther beyond it than the vehicle is now."""
-    return min(max(value, min(-limit, now)), max(limit, now))
 
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:

@@ -10,9 +10,10 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import along
+from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.obstacles import Obstacle, observed
-from rti_mpcc.planning.state import ControllerState, Task
+from rti_mpcc.planning.state import ControllerState, Task, VehicleEstimate
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety import contact
@@ -41,7 +42,8 @@ def around(inside: Corridor) -> Surroundings:
 
 
 def known(area: Surroundings) -> ControllerState:
-    return ControllerState(area=area, path=PATH, task=Task(segments=along(PATH, CONFIG)))
+    vehicle = VehicleEstimate(actuators=Actuators.of(CONFIG.actuators))
+    return ControllerState(area=area, path=PATH, task=Task(segments=along(PATH, CONFIG)), vehicle=vehicle)
 
 
 def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:

@@ -1,0 +1,232 @@
+"""Dead time and lag of an actuator, from what was commanded and what is measured.
+
+A bank of models (dead time T, lag tau) is driven by the commands u: accelerations or steering rates, and the
+set-points of speed or steering that are sent with them, as nobody says which of the two the vehicle obeys.
+Each predicts how the measured quantity m, speed or steering, changes:
+
+(A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
+(A2)  m = c0 + c1 t + (1 + c2) Y + noise,   least squares over the last seconds
+
+c0 is where it starts, c1 a slope or whatever else acts, c2 what the actuator answers too strongly: those are
+no lag. The model of least residual explains the drive best. It replaces the present one only if no model near
+that one explains the drive half as well: noise, or a model that is right, changes nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from estimation.types import Array
+
+LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
+"""Of the bank [s]; the first one stands for none."""
+DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
+"""Of the bank [s]."""
+GRID = 0.1  # so fine is the grid of the bank [s]
+MEMORY = 6.0
+"""Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
+REST_MEMORY = 1.0
+"""At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
+SPACING = 0.04  # of measurements that are kept [s]: at most 150
+INTERVAL = 0.1  # between two comparisons [s]
+AGREEING = 2  # comparisons that have to agree
+GAIN_STD = 0.15  # prior of c2
+REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
+LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
+NEAR = 0.055
+"""Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
+EVIDENCE = 25.0
+"""Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
+UNKNOWN = 0.8
+"""Delay of an actuator of which nothing is known [s]."""
+KEPT = 0.9
+"""Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
+which there was none."""
+UNEXPLAINED = 0.05  # of the motion, beyond noise, at most: else something else than lag is wrong
+LEAST_COUNT = 10  # of measurements that are compared
+
+
+class Scale(NamedTuple):
+    """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
+
+    `drift`: standard deviation of c1 [m/s²], [rad/s].
+    """
+
+    least: float
+    drift: float
+
+
+DRIVE: Final = Scale(0.003, 0.3)
+STEERING: Final = Scale(0.0015, 0.02)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ActuatorRecord:
+    """Commands and measurements of the last seconds, and what the comparisons found.
+
+    Attributes:
+        sent: (c,) times of the commands [s], the last one under way; outputs: (c, 2, lags) Y of (A1) then,
+            without dead time, of the rates and of the set-points.
+        acting: (2, lags) w then; command: (2,) the last rate and set-point.
+        stamps: (m,) of the measurements [s]; measured: (m,).
+        compared_at: when the models were compared last [s]; found: the best model then, or None: the present
+            one; agreed: number of comparisons that found it.
+        evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
+            likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
+        obeys_setpoints: they explain the measurements better than the rates; corrected: it was, once.
+        uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
+    """
+
+    sent: Array = field(default_factory=lambda: np.zeros(0))
+    outputs: Array = field(default_factory=lambda: np.zeros((0, 2, len(LAGS))))
+    acting: Array = field(default_factory=lambda: np.zeros((2, len(LAGS))))
+    command: Array = field(default_factory=lambda: np.zeros(2))
+    stamps: Array = field(default_factory=lambda: np.zeros(0))
+    measured: Array = field(default_factory=lambda: np.zeros(0))
+    compared_at: float = -np.inf
+    found: tuple[float, float] | None = None
+    agreed: int = 0
+    evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    gathered_at: float | None = None
+    obeys_setpoints: bool = False
+    corrected: bool = False
+    uncertain: float = UNKNOWN
+
+    def restarted(self) -> ActuatorRecord:
+        """After a time of which it is not known what was driven."""
+        return ActuatorRecord(
+            evidence=self.evidence,
+            fresh=self.fresh,
+            obeys_setpoints=self.obeys_setpoints,
+            corrected=self.corrected,
+            uncertain=self.uncertain,
+        )
+
+
+def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
+    """With a command sent at `at` [s]."""
+    command = np.array((rate, setpoint))
+    if not len(record.sent):
+        acting = np.repeat(command[:, None], len(LAGS), axis=1)
+        outputs = acting[None] * np.array((0.0, 1.0))[:, None]
+        return replace(record, sent=np.array((at,)), outputs=outputs, acting=acting, command=command)
+    output, acting = _advanced(record, at)
+    first = int(np.searchsorted(record.sent, at - MEMORY - 1.0))
+    return replace(
+        record,
+        sent=np.append(record.sent[first:], at),
+        outputs=np.concatenate((record.outputs[first:], output[None])),
+        acting=acting,
+        command=command,
+    )
+
+
+def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
+    """(2, lags) Y and w of (A1) at `at` [s], after the last command."""
+    seconds = at - record.sent[-1]
+    left = np.exp(-seconds / LAGS)
+    command = record.command[:, None]
+    over = record.acting - command
+    acting = command + over * left
+    integral = record.outputs[-1, 0] + command[0] * seconds + over[0] * LAGS * (1.0 - left)
+    return np.stack((integral, acting[1])), acting
+
+
+def observed(record: ActuatorRecord, value: float, at: float, *, at_rest: bool) -> ActuatorRecord:
+    """With a measurement at `at` [s]."""
+    if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
+        return record
+    first = int(np.searchsorted(record.stamps, at - (REST_MEMORY if at_rest else MEMORY)))
+    return replace(
+        record,
+        stamps=np.append(record.stamps[first:], at),
+        measured=np.append(record.measured[first:], value),
+    )
+
+
+def compared(
+    record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
+) -> tuple[ActuatorRecord, tuple[float, float] | None]:
+    """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
+    if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < LEAST_COUNT:
+        return record, None
+    noise, floor = _noise(record.measured), (0.1 * scale.least) ** 2
+    by_interface = _residuals(record, at, noise + floor, scale.drift)
+    residuals = by_interface.min(axis=0)
+    fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
+    against = record.evidence + fresh
+    best = np.unravel_index(int(np.argmin(against)), against.shape)
+    model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
+    near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
+    now, then = float(residuals[near].min()), float(residuals[best])
+    needed = REFINING if record.corrected else EVIDENCE
+    better = (
+        float(against[near].min() - against[best]) > needed
+        and now - then > scale.least**2
+        and then <= noise + floor + (UNEXPLAINED * float(np.std(record.measured))) ** 2
+    )
+    agrees = better and record.found is not None and _alike(model, record.found)
+    agreed = (record.agreed + 1 if agrees else 1) if better else 0
+    changed = model if agreed >= AGREEING else None
+    total = DEAD_TIMES[:, None] + LAGS
+    later = float(total[against - against[best] < EVIDENCE].max()) - sum(changed or present)
+    record = _gathered(record, fresh, at)
+    record = replace(
+        record,
+        compared_at=at,
+        found=model if better else None,
+        agreed=agreed,
+        obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
+        corrected=record.corrected or changed is not None,
+        uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
+    )
+    return record, changed
+
+
+def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:
+    """With the evidence of one more `MEMORY` once it is over: what is still compared counts once."""
+    if record.gathered_at is None:
+        return replace(record, gathered_at=at)
+    if at - record.gathered_at < MEMORY:
+        return record
+    return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
+
+
+def _near(grid: Array, value: float) -> Array:
+    """Which values of a grid [s] are near this one."""
+    off = np.abs(grid - value)
+    return np.asarray(off <= max(NEAR, float(off.min())))
+
+
+def _noise(measured: Array) -> float:
+    """Upper bound of the variance of the noise, from the second differences: motion has hardly any."""
+    second = np.diff(measured, 2)
+    return 1.5 * float(second @ second) / (6.0 * len(second))
+
+
+def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two models answer after about the same time."""
+    return abs(sum(one) - sum(other)) <= 2.0 * NEAR
+
+
+def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float) -> Array:
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
+    output, _ = _advanced(record, at)
+    sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
+    due = record.stamps[None, :] - DEAD_TIMES[:, None]
+    after = np.clip(np.searchsorted(sent, due), 1, len(sent) - 1)
+    begin, end = sent[after - 1], sent[after]
+    share = np.clip((due - begin) / (end - begin), 0.0, 1.0)[..., None, None]
+    y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
+    y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
+    y = y - y.mean(axis=3, keepdims=True)
+    t = record.stamps - record.stamps.mean()
+    e = record.measured - record.measured.mean() - y
+    ty, te, ye = y @ t, e @ t, (y * e).sum(axis=3)
+    tt, yy = float(t @ t) + variance / drift**2, (y * y).sum(axis=3) + variance / GAIN_STD**2
+    explained = (yy * te**2 - 2.0 * ty * te * ye + tt * ye**2) / (tt * yy - ty**2)
+    return np.asarray(((e * e).sum(axis=3) - explained) / len(t))

@@ -1,0 +1,95 @@
+"""Vehicles with dead time and lag that the controller is not told of, obeying rates or set-points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.foreign import Car, Interface, Ride, drive
+from rti_mpcc import ActuatorModel, ControllerConfig, DockingController, VehicleState
+from rti_mpcc.simulation import load_scenario
+
+COMFORT = 0.4  # [m/s²]
+NOISE = np.array((0.01, 0.01, 0.002, 0.01, 0.003))  # x, y [m], phi [rad], v [m/s], delta [rad]
+
+
+def ride(
+    interface: Interface, config: ControllerConfig | None = None, *, noise: float = 0.0, **car: Any
+) -> tuple[Ride, bool]:
+    """A ride in reverse to a goal, and whether it truly docked."""
+    scenario = load_scenario("docking_behind")
+    config = config or ControllerConfig()
+    path = scenario.build_path()
+    goal = scenario.goal_pose(path)
+    controller = DockingController(path, scenario.build_corridor(path), config)
+
+    def sensor(history: Any, rng: np.random.Generator) -> VehicleState:
+        x, y, phi, v, delta = (history[-1, 1:] + noise * NOISE * rng.standard_normal(5)).tolist()
+        return VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
+
+    done = drive(
+        controller.step,
+        Car.of(config.vehicle, interface=interface, **car),
+        path.start,
+        cycle=config.cycle,
+        seconds=60.0,
+        sensor=sensor,
+        goal=goal,
+        after_docked=5.0,
+    )
+    return done, done.docked_at is not None and done.inside(goal, config.goal_tolerance)
+
+
+def hardest(done: Ride) -> float:
+    """The largest true acceleration over a cycle [m/s²]."""
+    return float(np.abs(np.convolve(done.acceleration, np.full(10, 0.1), "valid")).max())
+
+
+UNKNOWN = (
+    ("rates", {"drive_lag": 0.5, "drive_dead_time": 0.1}),
+    ("rates", {"steering_lag": 0.5, "steering_dead_time": 0.3}),
+    ("setpoints", {"drive_lag": 0.3, "steering_lag": 0.1}),
+    ("setpoints", {"drive_lag": 0.5, "drive_dead_time": 0.2, "steering_lag": 0.3}),
+)
+
+
+@pytest.mark.parametrize(("interface", "car"), UNKNOWN)
+def test_a_vehicle_of_unknown_lag_docks_and_stays(interface: Interface, car: dict[str, float]) -> None:
+    done, inside = ride(interface, noise=0.5, **car)
+    assert inside
+    assert done.moved_after(done.docked_at or 0.0) <= 0.05 / 3.0
+    assert hardest(done) <= 1.25 * COMFORT
+    known, _ = ride(interface, ControllerConfig(actuators=_told(car)), noise=0.5, **car)
+    assert (done.docked_at or np.inf) <= 1.15 * (known.docked_at or np.inf)
+
+
+def _told(car: dict[str, float]) -> ActuatorModel:
+    names = {"drive_dead_time": "dead_time"}
+    return ActuatorModel(**{names.get(name, name): value for name, value in car.items()})
+
+
+def test_what_was_corrected_is_said_once() -> None:
+    done, _ = ride("rates", drive_lag=0.5)
+    said = [c.diagnostics.reason for c in done.commands if "the drive answers" in c.diagnostics.reason]
+    assert 1 <= len(said) <= 2
+    assert said[-1].count("corrected") == 1
+
+
+@pytest.mark.parametrize("interface", ["rates", "setpoints"])
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noise: float) -> None:
+    """Neither exact measurements nor noise are taken for lag."""
+    done, inside = ride(interface, noise=noise)
+    assert inside or noise > 1.0
+    assert not any("answers" in c.diagnostics.reason for c in done.commands)
+
+
+def test_set_points_are_continuous() -> None:
+    """From one cycle to the next they change by what the commanded rates change them."""
+    done, _ = ride("setpoints", noise=1.0, drive_lag=0.3)
+    speeds, steering = np.array([(c.speed, c.steering) for c in done.commands]).T
+    asked = np.array([(c.acceleration, c.steering_rate) for c in done.commands]).T * 0.05
+    assert np.abs(np.diff(speeds) - asked[0, 1:]).max() <= 0.02
+    assert np.abs(np.diff(steering) - asked[1, 1:]).max() <= 0.02
