@@ -151,12 +151,9 @@ def free_space(kind: str) -> shapely.Polygon:
     """Where the body may be [m]."""
     if kind == "path":
         path = _path()
-        lines = [part.line(0.2) for part in path.parts] if hasattr(path.parts[0], "line") else []
-        if not lines:
-            at = [part.reference(np.linspace(part.start, part.end, 100)) for part in path.parts]
-            lines = [np.column_stack((each.x, each.y)) for each in at]
-        around = shapely.unary_union([shapely.LineString(line).buffer(5.0) for line in lines])
-        return shapely.unary_union([around, *(shapely.LineString(lines[-1]).buffer(5.0),)])
+        at = [part.reference(np.linspace(part.start, part.end, 100)) for part in path.parts]
+        lines = [shapely.LineString(np.column_stack((each.x, each.y))) for each in at]
+        return shapely.unary_union([line.buffer(5.0) for line in lines])
     return shapely.Polygon(YARD).difference(shapely.unary_union([shapely.Polygon(w) for w in WALLS]))
 
 
@@ -181,10 +178,7 @@ def ridden(kind: str, case: Case, interface: Interface, seed: int, *, noisy: boo
     goal: Pose2 | None = None
     if kind == "path":
         path = _path()
-        start, mission = (
-            path.start.moved(dx, dy, turn) if hasattr(path.start, "moved") else Pose2(dx, dy, turn),
-            None,
-        )
+        start = Pose2(dx, dy, turn)
         corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
         controller = DockingController(path, corridor, CONFIG)
         steps: Callable[..., Command] = controller.step

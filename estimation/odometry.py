@@ -14,7 +14,7 @@ the pose.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, sin, sqrt, tan
+from math import cos, inf, sin, sqrt, tan
 from typing import NamedTuple
 
 from estimation.types import Array
@@ -28,6 +28,7 @@ _LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
 _ALIKE = 0.04  # [m/s] by which the speeds of pose and sensor differ where they agree
 _BLENDING = 0.5  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
 _LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
+_CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
 
 
@@ -62,6 +63,16 @@ class Moment(NamedTuple):
     steering: float = 0.0
 
 
+class Correction(NamedTuple):
+    """A step of the pose [m] that was no motion, and when [s]."""
+
+    step: float = 0.0
+    at: float = -inf
+
+
+_UNCORRECTED = Correction()
+
+
 @dataclass(frozen=True, slots=True)
 class Track:
     """The moments of the last `LENGTH`, the oldest first, and the speed of the pose, (W4).
@@ -69,12 +80,14 @@ class Track:
     Attributes:
         moments: at least one.
         z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
+        corrected: the last step of the pose that was no motion.
     """
 
     moments: tuple[Moment, ...]
     z: float = 0.0
     v: float = 0.0
     p: tuple[float, float, float] = (0.0, 0.0, _FIRST_SPEED**2)
+    corrected: Correction = _UNCORRECTED
 
     @classmethod
     def start(cls, at: float, measured: Array, speed: float, steering: float) -> Track:
@@ -92,6 +105,19 @@ class Track:
         """The newest moment at least so long ago [s], or the oldest."""
         then = self.last.at - seconds + 1e-9
         return next((each for each in reversed(self.moments) if each.at <= then), self.moments[0])
+
+    def leap(self, noise: float) -> float:
+        """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
+
+        `noise`: standard deviation of the speed [m/s].
+        """
+        last = self.last
+        off = last.v - last.explained
+        if abs(off) <= _LEAP + 5.0 * noise or len(self.moments) < 2:
+            return 0.0
+        before = self.moments[-2]
+        moves = (last.along - before.along) / (last.at - before.at)
+        return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
 
     def told_at(self, at: float) -> float:
         """(W2) at a time [s], at the ends that of the nearest moment."""
@@ -120,10 +146,12 @@ def moved_on(
     """
     last, (x, y, phi, v, delta) = track.last, measured[:5].tolist()
     h = at - last.at
+    told, driven = 0.5 * h * (v + last.v), h * (last.explained + 0.5 * asked)
     turn = wrap(phi - last.phi)
     middle = last.phi + 0.5 * turn
     c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
     step, leap = c * dx + s * dy, v - last.v - asked
+    step, corrected = _step(track.corrected, at, step, told, driven, noise)
     now = Moment(
         at=at,
         x=x,
@@ -133,9 +161,9 @@ def moved_on(
         delta=delta,
         along=last.along + step,
         aside=last.aside + c * dy - s * dx,
-        told=last.told + 0.5 * h * (v + last.v),
+        told=last.told + told,
         asked=last.asked + asked,
-        driven=last.driven + h * (last.explained + 0.5 * asked),
+        driven=last.driven + driven,
         explained=last.explained + asked,
         turned=last.turned + step * tan(0.5 * (delta + last.delta)) / wheelbase,
         steered=last.steered + steered,
@@ -148,7 +176,24 @@ def moved_on(
         off = agreed - now.explained
         share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
         now = now._replace(explained=now.explained + share * off)
-    return Track(moments=(*kept, now), z=z, v=speed, p=p)
+    return Track(moments=(*kept, now), z=z, v=speed, p=p, corrected=corrected)
+
+
+def _step(
+    corrected: Correction, at: float, step: float, told: float, driven: float, noise: float
+) -> tuple[float, Correction]:
+    """How far the vehicle moved by a step of the pose [m], and what of the pose was corrected.
+
+    A step that neither speed nor commands explain is a correction of the pose, not a motion, unless there was
+    one a moment ago. The next one may take it back.
+    """
+    off = min(step - told, step - driven, key=abs)
+    if abs(off) <= _CORRECTION + 5.0 * sqrt(2.0) * noise:
+        return step, corrected
+    taken_back = abs(corrected.step + off) < 0.5 * abs(off)
+    if at - corrected.at <= LENGTH and not taken_back:
+        return step, corrected
+    return step - off, Correction(0.0 if taken_back else off, at)
 
 
 def _filtered(

@@ -16,7 +16,7 @@ that was stopped is where its sensors say.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import atan, cos, exp, inf, sin, sqrt, tan
 from typing import NamedTuple
 
@@ -64,6 +64,9 @@ class LeftOut(NamedTuple):
         return LeftOut("" if proven else self.problem, agreed, self.times)
 
 
+_IN_USE = LeftOut()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensors:
     """What is known of the sensors.
@@ -74,18 +77,20 @@ class Sensors:
         late: delay of the pose [s]; seen_late: one that would explain the pose [s], since late_since [s].
         angle: the steering while its sensor is left out [rad].
         unsteered: why the steering itself is at fault, or "".
+        leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
         consistent: pose and speed agree; moved: distance for which the pose has moved as a sensor or the commands say [m], since the start.
     """
 
     track: Track | None = None
-    speed: LeftOut = LeftOut()
-    steering: LeftOut = LeftOut()
+    speed: LeftOut = _IN_USE
+    steering: LeftOut = _IN_USE
     pose: str = ""
     late: float = 0.0
     seen_late: float = -1.0
     late_since: float = 0.0
     angle: float = 0.0
     unsteered: str = ""
+    leap: float = 0.0
     consistent: bool = True
     moved: float = 0.0
 
@@ -93,16 +98,20 @@ class Sensors:
     def remarks(self) -> tuple[str, ...]:
         """What is said of the sensors."""
         late = f"the pose is {self.late:.2f} s late: it is driven on by that" if self.late else ""
-        return tuple(filter(None, (self.speed.problem, self.steering.problem, late)))
+        leap = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
+        leapt = leap if self.leap and not self.speed.problem else ""
+        return tuple(filter(None, (self.speed.problem, leapt, self.steering.problem, late)))
 
     def usable(self, measured: Array, wheelbase: float) -> Array:
         """The measurement (6,) without the sensors that are left out."""
-        if self.track is None or not (self.speed.problem or self.steering.problem or self.late):
+        if self.track is None or not (self.speed.problem or self.leap or self.steering.problem or self.late):
             return measured
         usable = measured.copy()
         if self.speed.problem:
             # Where nobody tells the speed, what the commands have made of the last one that was believed.
             usable[3] = self.track.last.explained if self.pose else self.track.v
+        elif self.leap:
+            usable[3] = self.track.last.explained
         if self.steering.problem:
             usable[4] = self.angle
         if self.late:
@@ -117,7 +126,7 @@ class Sensors:
 
     def restarted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
-        return replace(self, track=Track.start(at, measured, speed, steering))
+        return replace(self, track=Track.start(at, measured, speed, steering), leap=0.0)
 
     def trusted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """The pose and the steering are tried once more."""
@@ -154,7 +163,7 @@ def compared(
         return known
     before = track.last
     track = moved_on(track, at, measured, *asked, noise.along, wheelbase)
-    known = replace(known, track=track)
+    known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
     if noise.pairs < _FIRST_PAIRS:
         return known
     way = abs(track.last.along - before.along)

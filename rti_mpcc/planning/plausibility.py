@@ -195,9 +195,9 @@ def _sensed(
     alike: bool,
     config: ControllerConfig,
 ) -> Sensors:
-    """The sensors, compared once more; after a pose that jumped they start again."""
+    """The sensors, compared once more; they start again after a pose that jumped, and where no time passed."""
     assert last.state is not None
-    if sensors.track is None or not alike:
+    if sensors.track is None or not alike or now <= sensors.track.last.at:
         return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
     noise = noise_of(last.noise.stds, last.noise.pairs)
     return compared(sensors, now, read, asked, noise, config.vehicle.wheelbase)
