@@ -297,13 +297,8 @@ class DockingController:
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
-        late = actuation.unanswered(s, clock.now, config)
-        monitor = validate_measurement(
-            last.monitor, measured, s.queue, clock.now, config, last.disturbance, late
-        )
+        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
         s, found = actuation.learnt(s, monitor, clock.now, config)
-        if found:
-            last, monitor = s.vehicle, replace(monitor, steering_gap=0.0)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
@@ -319,7 +314,7 @@ class DockingController:
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
-        return s, (clock_remark, hint, found)
+        return s, (clock_remark, hint, found, *monitor.sensors.remarks)
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """The remark on the first measured heading, as long as one as large is measured."""

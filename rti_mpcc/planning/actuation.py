@@ -63,19 +63,6 @@ def learnt(
     return replace(s, vehicle=vehicle, sent=sent, queue=still_acting(queue, s.now)), remark
 
 
-def unanswered(s: ControllerState, now: float, config: ControllerConfig) -> float:
-    """Turn of the wheels [rad] that was commanded, but may not be answered yet at `now` [s]."""
-    uncertain = s.vehicle.records[1].uncertain
-    if not config.disturbance.enabled or uncertain <= 0.0:
-        return 0.0
-    turn = 0.0
-    for each in reversed(s.sent):
-        if each.begins <= now - uncertain:
-            break
-        turn += each.steering_rate * config.cycle * (each.begins <= now)
-    return turn
-
-
 def _remark(name: str, assumed: Actuator, found: Actuator) -> str:
     return (
         f"the {name} answers its commands with a dead time of {found.dead_time:.2f} s and a lag of "

@@ -1,23 +1,24 @@
 """The estimate of the vehicle's state, and why the measurement is doubted.
 
-Every cycle the last estimate is predicted by the commands and compared with the measurement, which is
-filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state of a vehicle, has not
-changed although the vehicle must have moved, or is farther off than the vehicle can be. The estimate is then
-dead-reckoned from the commands. The measurement is trusted again once it agrees with the estimate, or, as the
-vehicle may have been relocated, once it agrees with itself for `CONFIRMATION` while the vehicle stands. A
-steering that moves otherwise than commanded is doubted in the same way. A measurement that never changes may
-be that of a vehicle that cannot move: once the vehicle must stand, it is tried again, `FROZEN_TRIES` times.
+In every cycle the sensors are compared with each other and with the commands (`estimation.sensors`): a speed or
+a steering that is left out is replaced. The last estimate is predicted by the commands and compared with the
+measurement, which is filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state of a
+vehicle, if its pose jumps, if its sensors leave nothing to drive by, or if it has not changed although the
+vehicle must have moved. The estimate is then dead-reckoned from the commands, with a speed that can be believed.
+The measurement is trusted again once it agrees with the estimate, or, as the vehicle may have been relocated,
+once it agrees with itself for `CONFIRMATION` while the vehicle stands: `TRIES` times, until the vehicle has
+moved as its sensors say.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import exp, hypot, isfinite
+from math import hypot, isfinite
 
 import numpy as np
 
 from estimation import MeasurementNoise
+from estimation.sensors import Asked, Sensors, compared, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -28,12 +29,12 @@ from rti_mpcc.types import Array, VehicleState
 
 FROZEN_DISTANCE = 0.2  # [m] that the vehicle must have moved for an unchanged measurement to be an old one
 FROZEN_SPEED = 0.3  # [m/s], the same for its speed
-STEERING_GAP = 0.2  # [rad] by which the steering may move otherwise than commanded within STEERING_TIME
-STEERING_TIME = 1.0  # [s]
 CONFIRMATION = 3.0  # [s] for which a standing vehicle has to be measured in the same place to be there
-FROZEN_TRIES = 3
-"""So often a frozen measurement of a standing vehicle is trusted once more, each time after twice the
-time."""
+RESET_CONFIRMATION = 0.3  # [s], the same where place and speed changed at once: the vehicle was set there
+TRIES = 3
+"""So often a measurement is trusted once more that never shows a motion, each time after twice the time."""
+RESET_LEAP = 0.2  # [m/s] by which the speed leaps where the vehicle was set elsewhere
+PROVEN = 1.0  # [m] moved with sensors that agree
 REST_SPEED = 0.05  # [m/s]; a vehicle measured slower stands, as far as a doubted measurement can say
 MODEL_MISMATCH = 0.3  # of what a vehicle can do in the meantime: so wrong may its model be
 LONGEST_GAP = 1.0  # [s] without a cycle, after which a measurement is taken as it is
@@ -49,24 +50,27 @@ class StateMonitor:
 
     Attributes:
         state: (6,) the estimate, progress 0; None before the first usable measurement.
-        measured: (6,) the last measurement, usable or not; None before the first.
-        reckoned: (6,) dead-reckoned since `measured` last changed.
-        steering_gap: error of the steering against its commands of the last moments [rad].
+        given: (6,) the last measurement; None before the first.
+        measured: (6,) the same without the sensors that are left out.
+        reckoned: (6,) dead-reckoned since `given` last changed.
+        sensors: what is known of each sensor.
         why: what is wrong, or ""; since: from when on [s].
         steering_fault: the steering is doubted, not the measurement.
         agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
         found: the vehicle was just relocalised.
         odd_since: when measurements began to contradict one another [s], or None.
         gap: there was no usable measurement since a time without cycles.
-        tries: number of times that a frozen measurement was trusted again since it last changed.
+        reset: place and speed changed at once when the doubt began.
+        tries: number of times that a measurement was trusted again since the vehicle last moved with it.
         noise: of the measurements.
     """
 
     at: float = 0.0
     state: Array | None = None
+    given: Array | None = None
     measured: Array | None = None
     reckoned: Array | None = None
-    steering_gap: float = 0.0
+    sensors: Sensors = field(default_factory=Sensors)
     why: str = ""
     steering_fault: bool = False
     since: float = 0.0
@@ -74,6 +78,7 @@ class StateMonitor:
     found: bool = False
     odd_since: float | None = None
     gap: bool = False
+    reset: bool = False
     tries: int = 0
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
@@ -102,73 +107,100 @@ def validate_measurement(
     now: float,
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
-    unanswered: float = 0.0,
 ) -> StateMonitor:
-    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle.
-
-    `unanswered`: commanded turn [rad] that a steering of unknown lag may not have answered yet.
-    """
-    measured, unreadable = _read(given)
-    problem = unreadable or _unfit(measured, config)
+    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
+    read, unreadable = _read(given)
+    problem = unreadable or _unfit(read, config)
     seconds = now - last.at
     anew = last.gap or seconds > LONGEST_GAP
-    if last.state is None or last.measured is None or last.reckoned is None or anew:
-        return _first(last, measured, problem, queue, now, config, disturbance)
+    if last.state is None or last.given is None or last.measured is None or last.reckoned is None or anew:
+        return _first(last, read, problem, queue, now, config, disturbance)
 
     def rolled(state: Array) -> Array:
         return by_commands(state, queue, last.at, now, config, disturbance)
 
-    expected = rolled(last.state)
-    same = not problem and measured.tolist() == last.measured.tolist()
+    expected, follows = rolled(last.state), rolled(last.measured)
+    same = not problem and read.tolist() == last.given.tolist()
+    alike = not (problem or _unfit(last.given, config))
+    alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
+    sensors = last.sensors
+    if not problem:
+        asked = Asked(
+            seconds * mean_acceleration(queue, last.at, now), float(follows[DELTA] - last.measured[DELTA])
+        )
+        sensors = _sensed(last, sensors, read, now, asked, alike, config)
+    measured = read if problem else sensors.usable(read, config.vehicle.wheelbase)
     reckoned = rolled(last.reckoned) if same else measured
     frozen = _frozen(measured, reckoned) if same else ""
-    problem = problem or frozen or _far(measured, expected, seconds, config)
-    gap, fault = last.steering_gap * exp(-seconds / STEERING_TIME), ""
-    follows = expected if last.why else rolled(last.measured)
-    if not problem:
-        gap += float(measured[DELTA] - follows[DELTA])
-        problem = fault = _steering_fault(gap, unanswered, last)
-    alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
-    agrees = problem and alike and abs(float(measured[V])) <= REST_SPEED
-    if frozen:
-        agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= REST_SPEED
+    jump = "" if problem else _far(measured, expected, seconds, config)
+    problem = problem or frozen or sensors.pose or jump or sensors.unsteered
+    fault = problem == sensors.unsteered != ""
+    if last.why:
+        follows = expected
+    alike = alike or not problem
+    rests = abs(float(measured[V])) <= REST_SPEED
+    agrees = problem and alike and rests
+    if sensors.pose:
+        agrees = agrees and sensors.consistent
+    if frozen or sensors.pose or fault:
+        agrees = agrees and last.tries < TRIES and abs(float(reckoned[V])) <= REST_SPEED
     state, noise = measured, last.noise.broken()
     if problem and not fault:
-        state = _believed(measured, expected, reckoned if frozen else None, config)
+        state = _believed(measured, expected, reckoned if frozen else None, alike, config)
     elif not (problem or last.why or same) and config.vehicle_filter.enabled:
         gained = seconds * mean_acceleration(queue, last.at, now)
         state, noise = filtered(
             last.noise, measured, follows, expected, seconds, gained, config.max_curvature
         )
+    leapt = abs(float(measured[V] - expected[V])) > RESET_LEAP
     monitor = StateMonitor(
         at=now,
         state=state,
+        given=read,
         measured=measured,
         reckoned=reckoned,
-        steering_gap=gap,
+        sensors=sensors.believing(float(state[DELTA])),
         why=problem,
-        steering_fault=bool(fault),
+        steering_fault=fault,
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
-        tries=last.tries if same else 0,
+        reset=problem != "" and (last.reset if last.why else jump != "" and rests and leapt),
+        tries=0 if sensors.moved > PROVEN else last.tries,
         noise=noise,
     )
     since = monitor.agrees_since
-    if since is None or now - since < CONFIRMATION * 2**monitor.tries:
+    needed = RESET_CONFIRMATION if monitor.reset else CONFIRMATION * 2**monitor.tries
+    if since is None or now - since < needed:
         return monitor
-    tries = monitor.tries + bool(frozen)
     return replace(
         monitor,
         state=measured,
         reckoned=measured,
-        steering_gap=0.0,
+        sensors=sensors.trusted(now, read, float(measured[V]), float(measured[DELTA])),
         why="",
         steering_fault=False,
         found=True,
-        tries=tries,
+        tries=monitor.tries + bool(frozen or sensors.pose or fault),
     )
+
+
+def _sensed(
+    last: StateMonitor,
+    sensors: Sensors,
+    read: Array,
+    now: float,
+    asked: Asked,
+    alike: bool,
+    config: ControllerConfig,
+) -> Sensors:
+    """The sensors, compared once more; they start again after a pose that jumped, and where no time passed."""
+    assert last.state is not None
+    if sensors.track is None or not alike or now <= sensors.track.last.at:
+        return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
+    noise = noise_of(last.noise.stds, last.noise.pairs)
+    return compared(sensors, now, read, asked, noise, config.vehicle.wheelbase)
 
 
 def _first(
@@ -184,7 +216,14 @@ def _first(
     if not problem:
         found, noise = last.state is not None, last.noise.broken()
         return StateMonitor(
-            at=now, state=measured, measured=measured, reckoned=measured, found=found, noise=noise
+            at=now,
+            state=measured,
+            given=measured,
+            measured=measured,
+            reckoned=measured,
+            sensors=last.sensors.trusted(now, measured, float(measured[V]), float(measured[DELTA])),
+            found=found,
+            noise=noise,
         )
     state = last.state
     if state is not None:
@@ -194,6 +233,7 @@ def _first(
         last,
         at=now,
         state=state,
+        given=measured,
         measured=measured,
         why=problem,
         steering_fault=False,
@@ -266,36 +306,19 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
     share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH
     distance = share * speed * seconds
-    x, y, phi, v, delta, _ = (measured - expected).tolist()
+    x, y, phi, _, delta, _ = (measured - expected).tolist()
     jumps = (
         ("position", "m", hypot(x, y), allowed.position + distance),
         ("heading", "rad", abs(wrap(phi)), allowed.heading + distance * config.max_curvature),
-        ("speed", "m/s", abs(v), allowed.speed + share * limits.acceleration * seconds),
         ("steering", "rad", abs(delta), allowed.steering + share * limits.steering_rate * seconds),
     )
     far = [f"{name} by {jump:.2f} {unit}" for name, unit, jump, most in jumps if jump > most]
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
 
-def _alike(
-    measured: Array, before: Array, rolled: Callable[[Array], Array], seconds: float, config: ControllerConfig
-) -> bool:
-    """Whether this measurement and the one before it are of one vehicle."""
-    if _unfit(measured, config) or _unfit(before, config):
-        return False
-    return not _far(measured, rolled(before), seconds, config)
-
-
-def _steering_fault(gap: float, unanswered: float, last: StateMonitor) -> str:
-    """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
-    if last.steering_fault:
-        return last.why
-    if abs(gap) > STEERING_GAP + abs(unanswered):
-        return f"the steering does not follow its commands: {gap:+.2f} rad off"
-    return ""
-
-
-def _believed(measured: Array, expected: Array, frozen: Array | None, config: ControllerConfig) -> Array:
+def _believed(
+    measured: Array, expected: Array, frozen: Array | None, alike: bool, config: ControllerConfig
+) -> Array:
     """The state (6,) to go by after a doubted measurement: of it only what can be true."""
     if frozen is not None:
         return frozen
@@ -303,4 +326,6 @@ def _believed(measured: Array, expected: Array, frozen: Array | None, config: Co
     for quantity, most in ((V, config.plausibility.speed), (DELTA, config.plausibility.steering)):
         if abs(measured[quantity] - expected[quantity]) <= most:
             believed[quantity] = measured[quantity]
+    if alike:
+        believed[V] = measured[V]  # never what is reckoned alone
     return believed

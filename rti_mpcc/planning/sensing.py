@@ -143,4 +143,6 @@ def _moves_as_measured(monitor: StateMonitor) -> bool:
     measured, state = monitor.measured, monitor.state
     if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
         return False
+    if monitor.sensors.pose:
+        return False
     return monitor.reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())

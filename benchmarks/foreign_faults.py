@@ -1,0 +1,266 @@
+"""Rides of foreign vehicles with one faulty sensor each, and what is said of them.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.foreign_faults [--draws N] [--only NAME] [--seed N]
+
+Each fault is driven on a given path in reverse, into a bay on a planned route, and in a mission, by
+accelerations and by set-points. The limits: the body stays inside the free space, its top speed is at most
+1.3 times that of the healthy ride, it ends docked or standing, and the sensor is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from math import pi
+from typing import Any, Final
+
+import numpy as np
+import shapely
+
+from benchmarks.foreign import STEP, Car, Event, Interface, Ride, drive
+from benchmarks.foreign_sensors import (
+    NOISE,
+    Fault,
+    Faulty,
+    dead_band,
+    dead_speed,
+    drifting_pose,
+    frozen,
+    frozen_motion,
+    healthy,
+    inverted_steering,
+    jumping_pose,
+    late_pose,
+    late_speed,
+    offset_steering,
+    pose_of,
+    scaled_speed,
+    stuck_speed,
+    stuck_steering,
+    unsigned_speed,
+)
+from geometry import Area, Corridor, Pose2, ReferencePath
+from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
+
+CONFIG: Final = ControllerConfig()
+SECONDS = {"path": 45.0, "bay": 60.0, "mission": 75.0}
+"""Length of a ride [s], longer than a healthy one takes."""
+TOP_SPEED_SHARE, TOP_SPEED_MORE = 1.3, 0.05
+"""A faulty ride is at most so much faster than the healthy one: a share, and [m/s]."""
+STANDS = 0.02  # [m/s]
+KINDS = ("path", "bay", "mission")
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A fault.
+
+    Attributes:
+        fault: of the sensor; begins: [s]; named: words of which one has to be said.
+        car: changes of the car; events: of the world.
+        clock: time that the controller is told at a true time [s].
+    """
+
+    fault: Fault = healthy
+    begin: float = 0.0
+    named: tuple[str, ...] = ()
+    car: Mapping[str, Any] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    clock: Callable[[float], float] = lambda now: now
+
+
+SPEED, POSE, STEERING = ("speed sensor",), ("pose",), ("steering",)
+CASES: Final[Mapping[str, Case]] = {
+    "speed without sign": Case(unsigned_speed, named=SPEED),
+    "speed dead": Case(dead_speed, named=SPEED),
+    "speed dead from 2 s": Case(dead_speed, 2.0, SPEED),
+    "speed stuck from 2 s": Case(stuck_speed, 2.0, SPEED),
+    "speed x 0.7": Case(scaled_speed(0.7), named=SPEED),
+    "speed x 1.3": Case(scaled_speed(1.3), named=SPEED),
+    "speed 0.1 s late": Case(late_speed(0.1), named=SPEED),
+    "speed 0.3 s late": Case(late_speed(0.3), named=SPEED),
+    "speed 0 below 0.1 m/s": Case(dead_band(0.1), named=SPEED),
+    "all frozen": Case(frozen, named=("does not change",)),
+    "all frozen from 3 s": Case(frozen, 3.0, ("does not change", "pose")),
+    "position, speed frozen from 3 s": Case(frozen_motion, 3.0, ("pose", "speed sensor")),
+    "steering + 0.1 rad": Case(offset_steering(0.1), named=STEERING),
+    "steering - 0.05 rad": Case(offset_steering(-0.05), named=STEERING),
+    "steering of wrong sign": Case(inverted_steering, named=STEERING),
+    "steering stuck": Case(stuck_steering, named=STEERING),
+    "steering stuck from 3 s": Case(stuck_steering, 3.0, STEERING),
+    "steering limp": Case(named=STEERING, car={"rate": 0.0}),
+    "pose 0.1 s late": Case(late_pose(0.1), named=POSE),
+    "pose 0.3 s late": Case(late_pose(0.3), named=POSE),
+    "pose jumping 0.5 m": Case(jumping_pose(0.5), 1.0, ("jumped", "pose")),
+    "pose drifting 0.1 m/s ahead": Case(drifting_pose(0.1, 0.3), 1.0, POSE),
+    "pose drifting 0.2 m/s aside": Case(drifting_pose(0.2, 1.9), 1.0, POSE),
+    "pose of the middle": Case(pose_of(1.4), named=POSE),
+    "kerb": Case(events=(Event("kerb", 5.0),)),
+    "stopped for 0.3 s": Case(events=(Event("stopped", 5.0, 5.3),)),
+    "stopped for 3 s": Case(events=(Event("stopped", 5.0, 8.0),)),
+    "world reset": Case(events=(Event("moved", 5.0, shift=(1.0, 0.3, 0.1)),)),
+    "time stands still from 3 s": Case(clock=lambda now: min(now, 3.0)),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """A faulty ride beside the healthy one.
+
+    Attributes:
+        ride, usual: the faulty and the healthy one; left: the body left the free space.
+        said: what the controller said first of the sensor, or ""; after: [m] driven since the fault's begin.
+        kind, name: of the ride and of the fault.
+    """
+
+    ride: Ride
+    usual: Ride
+    left: bool
+    said: str
+    after: float
+    kind: str
+    name: str
+
+    @property
+    def further(self) -> float:
+        """Driven farther than the healthy ride [m]."""
+        return self.ride.distance - self.usual.distance
+
+    @property
+    def too_fast(self) -> bool:
+        """Whether its top speed is beyond the limit."""
+        return self.ride.top_speed > TOP_SPEED_SHARE * self.usual.top_speed + TOP_SPEED_MORE
+
+    @property
+    def end(self) -> str:
+        """How the ride ended."""
+        last = self.ride.commands[-1]
+        still = float(np.abs(self.ride.truth[-100:, 4]).max()) <= STANDS
+        return f"{last.status.value}{'' if still else ', moving'}"
+
+    @property
+    def fine(self) -> bool:
+        """Whether the ride keeps within the limits."""
+        return not (self.left or self.too_fast or "moving" in self.end)
+
+
+@cache
+def free_space(kind: str) -> shapely.Polygon:
+    """Where the body may be [m]."""
+    if kind == "path":
+        path = _path()
+        at = [part.reference(np.linspace(part.start, part.end, 100)) for part in path.parts]
+        lines = [shapely.LineString(np.column_stack((each.x, each.y))) for each in at]
+        return shapely.unary_union([line.buffer(5.0) for line in lines])
+    return shapely.Polygon(YARD).difference(shapely.unary_union([shapely.Polygon(w) for w in WALLS]))
+
+
+YARD = [(-16.0, -10.0), (16.0, -10.0), (16.0, 12.0), (-16.0, 12.0)]
+WALLS = [[(-9.0, -10.0), (-1.8, -10.0), (-1.8, -3.0), (-9.0, -3.0)]]
+WALLS += [[(1.8, -10.0), (9.0, -10.0), (9.0, -3.0), (1.8, -3.0)]]
+BAY = Pose2(0.0, -8.0, 0.5 * pi)
+
+
+def _path() -> ReferencePath:
+    return ReferencePath.from_segments(
+        Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 6.0), (-1, 0.12, 8.0), (-1, 0.0, 6.0)]
+    )
+
+
+def ridden(kind: str, case: Case, interface: Interface, seed: int, *, noisy: bool = False) -> Ride:
+    """A ride with a fault, from a start of the seed."""
+    rng = np.random.default_rng(seed)
+    dx, dy, turn = rng.uniform(-1.0, 1.0, 3) * (0.3, 0.2, 0.05)
+    sensor = Faulty(case.fault, case.begin, NOISE if noisy else None)
+    car = replace(Car(interface=interface), **case.car)
+    goal: Pose2 | None = None
+    if kind == "path":
+        path = _path()
+        start = Pose2(dx, dy, turn)
+        corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
+        controller = DockingController(path, corridor, CONFIG)
+        steps: Callable[..., Command] = controller.step
+    else:
+        start = Pose2(-9.0 + 3.0 * dx, 3.0 + 3.0 * dy, turn)
+        controller = DockingController.in_area(Area(boundary=YARD, obstacles=WALLS), CONFIG)
+        steps, goal = controller.step, BAY
+        if kind == "mission":
+            mission = DockingMission(controller, [Dock(BAY), Wait(1.0), Undock(6.0)])
+            steps, goal = mission.step, None
+
+    def told(state: object, *, now: float, **given: object) -> Command:
+        return steps(state, now=case.clock(now), **given)
+
+    seconds = SECONDS[kind]
+    return drive(
+        told,
+        car,
+        start,
+        cycle=CONFIG.cycle,
+        seconds=seconds,
+        sensor=sensor,
+        events=case.events,
+        goal=goal,
+        seed=seed,
+    )
+
+
+@cache
+def healthy_ride(kind: str, interface: Interface, seed: int, noisy: bool) -> Ride:
+    """The same without a fault."""
+    return ridden(kind, Case(), interface, seed, noisy=noisy)
+
+
+def judged(kind: str, name: str, interface: Interface, seed: int, *, noisy: bool = False) -> Outcome:
+    """A ride with a fault, compared with the healthy one."""
+    case = CASES[name]
+    ride = ridden(kind, case, interface, seed, noisy=noisy)
+    usual = healthy_ride(kind, interface, seed, noisy)
+    said, after = "", float("nan")
+    way = np.append(0.0, np.cumsum(np.abs(ride.truth[1:, 4])) * STEP)
+    began = way[min(round(case.begin / STEP), len(way) - 1)]
+    for t, command in zip(ride.stamps, ride.commands, strict=True):
+        reason = command.diagnostics.reason
+        if any(word in reason for word in case.named):
+            said, after = reason, float(way[min(round(t / STEP), len(way) - 1)] - began)
+            break
+    return Outcome(ride, usual, ride.leaves(free_space(kind)), said, after, kind, name)
+
+
+def outcomes(
+    names: list[str], kinds: list[str], interfaces: list[Interface], seeds: range, noisy: bool
+) -> Iterator[tuple[Outcome, Interface, int]]:
+    """All rides asked for."""
+    for name in names:
+        for kind in kinds:
+            for interface in interfaces:
+                for seed in seeds:
+                    yield judged(kind, name, interface, seed, noisy=noisy), interface, seed
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--draws", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="", help="faults with this in their name")
+    parser.add_argument("--kind", default="", help="path, bay or mission")
+    parser.add_argument("--interface", default="", help="rates or setpoints")
+    parser.add_argument("--noisy", action="store_true")
+    given = parser.parse_args()
+    names = [name for name in CASES if given.only in name]
+    kinds = [kind for kind in KINDS if given.kind in kind]
+    interfaces: list[Interface] = [each for each in ("rates", "setpoints") if given.interface in each]
+    seeds = range(given.seed, given.seed + given.draws)
+    for found, interface, seed in outcomes(names, kinds, interfaces, seeds, given.noisy):
+        words = (
+            f"{'ok ' if found.fine else 'BAD'} {found.name:32} {found.kind:8}{interface:10}{seed:3} "
+            f"+{found.further:6.2f} m  top {found.ride.top_speed:5.2f}/{found.usual.top_speed:4.2f}  "
+            f"{'LEFT ' if found.left else ''}{found.end:20} after {found.after:5.2f} m: {found.said:.110}"
+        )
+        print(words, flush=True)
+
+
+if __name__ == "__main__":
+    main()

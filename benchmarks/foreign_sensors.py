@@ -1,0 +1,146 @@
+"""Sensors with faults, for `benchmarks.foreign`: one function a kind of fault.
+
+A `Faulty` sensor measures the truth with noise, and changes it from `begin` on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import cos, inf, sin
+
+import numpy as np
+
+from benchmarks.foreign import Array, at_time, state_of
+from rti_mpcc import VehicleState
+
+Fault = Callable[[VehicleState, Array, Array], VehicleState]
+"""The measurement, the true states so far (k, 6), the true row (6,) at the fault's begin -> the measurement."""
+NOISE = (0.01, 0.01, 0.002, 0.01, 0.002)
+"""Standard deviations of x, y [m], heading [rad], speed [m/s] and steering [rad] of a noisy sensor."""
+
+
+@dataclass(slots=True)
+class Faulty:
+    """A sensor with a fault from `begin` [s] on; `noise`: standard deviations (5,), or None.
+
+    It keeps the true row of the fault's begin: one ride, one sensor.
+    """
+
+    fault: Fault
+    begin: float = 0.0
+    noise: tuple[float, ...] | None = None
+    row: Array | None = None
+
+    def __call__(self, history: Array, rng: np.random.Generator) -> VehicleState:
+        """As a `benchmarks.foreign.Sensor`."""
+        measured = state_of(history[-1])
+        if history[-1, 0] >= self.begin - 1e-9:
+            self.row = history[-1] if self.row is None else self.row
+            measured = self.fault(measured, history, self.row)
+        if self.noise is None:
+            return measured
+        off = rng.normal(0.0, self.noise).tolist()
+        names = ("x", "y", "phi", "v", "delta")
+        return replace(measured, **{n: getattr(measured, n) + e for n, e in zip(names, off, strict=True)})
+
+
+def healthy(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """No fault."""
+    return measured
+
+
+def unsigned_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """Speed without its sign."""
+    return replace(measured, v=abs(measured.v))
+
+
+def dead_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """Speed 0."""
+    return replace(measured, v=0.0)
+
+
+def stuck_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """The speed as it was at the fault's begin."""
+    return replace(measured, v=float(began[4]))
+
+
+def frozen(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """The whole state as it was at the fault's begin."""
+    return state_of(began)
+
+
+def frozen_motion(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """Position and speed as they were at the fault's begin; heading and steering live."""
+    _, x, y, _, v, _ = map(float, began)
+    return replace(measured, x=x, y=y, v=v)
+
+
+def inverted_steering(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """Steering with the wrong sign."""
+    return replace(measured, delta=-measured.delta)
+
+
+def stuck_steering(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+    """The steering as it was at the fault's begin."""
+    return replace(measured, delta=float(began[5]))
+
+
+def scaled_speed(share: float) -> Fault:
+    """Speed times a share."""
+    return lambda measured, history, began: replace(measured, v=share * measured.v)
+
+
+def late_speed(seconds: float) -> Fault:
+    """Speed some time ago [s]."""
+    return lambda measured, history, began: replace(measured, v=float(at_time(history, seconds)[4]))
+
+
+def dead_band(least: float) -> Fault:
+    """Speed 0 below the least that is measured [m/s]."""
+    return lambda measured, history, began: replace(measured, v=measured.v * (abs(measured.v) >= least))
+
+
+def offset_steering(angle: float) -> Fault:
+    """Steering with an offset [rad]."""
+    return lambda measured, history, began: replace(measured, delta=measured.delta + angle)
+
+
+def late_pose(seconds: float) -> Fault:
+    """The pose some time ago [s]."""
+
+    def fault(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+        _, x, y, phi, _, _ = map(float, at_time(history, seconds))
+        return replace(measured, x=x, y=y, phi=phi)
+
+    return fault
+
+
+def jumping_pose(distance: float, period: float = 4.0, share: float = 0.25) -> Fault:
+    """A position that is off by a distance [m] to one side for a share of each period [s]."""
+
+    def fault(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+        now = float(history[-1, 0] - began[0])
+        if now % period < (1.0 - share) * period:
+            return measured
+        angle = 2.4 * (now // period)
+        return replace(measured, x=measured.x + distance * cos(angle), y=measured.y + distance * sin(angle))
+
+    return fault
+
+
+def drifting_pose(speed: float, angle: float, seconds: float = inf) -> Fault:
+    """A position that drifts at a speed [m/s] in a direction of the world [rad], for a time [s]."""
+
+    def fault(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+        far = speed * min(float(history[-1, 0] - began[0]), seconds)
+        return replace(measured, x=measured.x + far * cos(angle), y=measured.y + far * sin(angle))
+
+    return fault
+
+
+def pose_of(ahead: float) -> Fault:
+    """The pose of a point so far ahead of the rear axle [m]."""
+    return lambda measured, history, began: replace(
+        measured, x=measured.x + ahead * cos(measured.phi), y=measured.y + ahead * sin(measured.phi)
+    )

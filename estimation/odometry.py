@@ -1,0 +1,209 @@
+"""How far a vehicle has moved by its pose, by its speed and by its commands: one odometer each.
+
+With the heading phi_m half way between two poses, h the time in between, a what was commanded:
+
+(W1)  along += dx cos(phi_m) + dy sin(phi_m),   aside += dy cos(phi_m) - dx sin(phi_m)
+(W2)  told += h (v + v_last) / 2
+(W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
+(W4)  z+ = z + h v + h² a / 2,   v+ = v + h a;   along is measured
+
+A difference of two moments says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of
+the pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, inf, sin, sqrt, tan
+from typing import NamedTuple
+
+from estimation.types import Array
+from geometry import wrap
+
+LENGTH = 1.6  # [s] for which moments are kept
+_ACCELERATION = 0.02
+"""Spectral density of an acceleration that was not commanded [m²/s³]: 0.1 m/s² over 0.5 s. The more, the
+noisier the speed of a noisy pose: 0.05 m/s for 1 cm at 20 Hz."""
+_LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
+_ALIKE = 0.04  # [m/s] by which the speeds of pose and sensor differ where they agree
+_BLENDING = 0.5  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
+_LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
+_CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
+_FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
+
+
+class Moment(NamedTuple):
+    """One cycle: what was measured, and the odometers.
+
+    Attributes:
+        at: [s]; x, y [m], phi [rad, continuous], v [m/s], delta [rad]: measured.
+        along, aside: (W1) [m]; told: (W2) [m]; asked [m/s], driven [m]: (W3), the sum of h a, and of h c.
+        explained: c of (W3) [m/s].
+        turned: heading by the measured steering on the way that the pose moved [rad].
+        steered: sum of the commanded changes of the steering [rad].
+        leaps: what (W2) may be off, as the speed leapt somewhere between two moments [m].
+        steering: believed then [rad].
+    """
+
+    at: float
+    x: float
+    y: float
+    phi: float
+    v: float
+    delta: float
+    along: float = 0.0
+    aside: float = 0.0
+    told: float = 0.0
+    asked: float = 0.0
+    driven: float = 0.0
+    explained: float = 0.0
+    turned: float = 0.0
+    steered: float = 0.0
+    leaps: float = 0.0
+    steering: float = 0.0
+
+
+class Correction(NamedTuple):
+    """A step of the pose [m] that was no motion, and when [s]."""
+
+    step: float = 0.0
+    at: float = -inf
+
+
+_UNCORRECTED = Correction()
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """The moments of the last `LENGTH`, the oldest first, and the speed of the pose, (W4).
+
+    Attributes:
+        moments: at least one.
+        z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
+        corrected: the last step of the pose that was no motion.
+    """
+
+    moments: tuple[Moment, ...]
+    z: float = 0.0
+    v: float = 0.0
+    p: tuple[float, float, float] = (0.0, 0.0, _FIRST_SPEED**2)
+    corrected: Correction = _UNCORRECTED
+
+    @classmethod
+    def start(cls, at: float, measured: Array, speed: float, steering: float) -> Track:
+        """A track that starts at a measurement (>= 5,) with what is believed of speed and steering."""
+        x, y, phi, v, delta = measured[:5].tolist()
+        first = Moment(at, x, y, phi, v, delta, explained=speed, steering=steering)
+        return cls(moments=(first,), v=speed)
+
+    @property
+    def last(self) -> Moment:
+        """The present moment."""
+        return self.moments[-1]
+
+    def before(self, seconds: float) -> Moment:
+        """The newest moment at least so long ago [s], or the oldest."""
+        then = self.last.at - seconds + 1e-9
+        return next((each for each in reversed(self.moments) if each.at <= then), self.moments[0])
+
+    def leap(self, noise: float) -> float:
+        """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
+
+        `noise`: standard deviation of the speed [m/s].
+        """
+        last = self.last
+        off = last.v - last.explained
+        if abs(off) <= _LEAP + 5.0 * noise or len(self.moments) < 2:
+            return 0.0
+        before = self.moments[-2]
+        moves = (last.along - before.along) / (last.at - before.at)
+        return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
+
+    def told_at(self, at: float) -> float:
+        """(W2) at a time [s], at the ends that of the nearest moment."""
+        later = self.moments[-1]
+        for each in reversed(self.moments):
+            if each.at <= at:
+                share = (at - each.at) / (later.at - each.at) if later.at > each.at else 0.0
+                return each.told + min(share, 1.0) * (later.told - each.told)
+            later = each
+        return later.told
+
+    def believing(self, steering: float) -> Track:
+        """With what is believed of the present steering [rad]."""
+        last = self.last._replace(steering=steering)
+        return replace(self, moments=(*self.moments[:-1], last))
+
+
+def moved_on(
+    track: Track, at: float, measured: Array, asked: float, steered: float, noise: float, wheelbase: float
+) -> Track:
+    """The track with one more measurement (>= 5,), of a pose that did not jump.
+
+    Args:
+        asked: change of the speed that was commanded since the last moment [m/s]; steered: of the steering.
+        noise: standard deviation of the position [m]; wheelbase: [m].
+    """
+    last, (x, y, phi, v, delta) = track.last, measured[:5].tolist()
+    h = at - last.at
+    told, driven = 0.5 * h * (v + last.v), h * (last.explained + 0.5 * asked)
+    turn = wrap(phi - last.phi)
+    middle = last.phi + 0.5 * turn
+    c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
+    step, leap = c * dx + s * dy, v - last.v - asked
+    step, corrected = _step(track.corrected, at, step, told, driven, noise)
+    now = Moment(
+        at=at,
+        x=x,
+        y=y,
+        phi=last.phi + turn,
+        v=v,
+        delta=delta,
+        along=last.along + step,
+        aside=last.aside + c * dy - s * dx,
+        told=last.told + told,
+        asked=last.asked + asked,
+        driven=last.driven + driven,
+        explained=last.explained + asked,
+        turned=last.turned + step * tan(0.5 * (delta + last.delta)) / wheelbase,
+        steered=last.steered + steered,
+        leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
+    )
+    kept = tuple(each for each in track.moments if each.at >= at - LENGTH)
+    z, speed, p = _filtered(track, now.along, h, asked, max(noise, _LEAST_NOISE) ** 2)
+    agreed = 0.5 * (v + speed)
+    if abs(v - speed) <= _ALIKE + sqrt(p[2]):
+        off = agreed - now.explained
+        share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
+        now = now._replace(explained=now.explained + share * off)
+    return Track(moments=(*kept, now), z=z, v=speed, p=p, corrected=corrected)
+
+
+def _step(
+    corrected: Correction, at: float, step: float, told: float, driven: float, noise: float
+) -> tuple[float, Correction]:
+    """How far the vehicle moved by a step of the pose [m], and what of the pose was corrected.
+
+    A step that neither speed nor commands explain is a correction of the pose, not a motion, unless there was
+    one a moment ago. The next one may take it back.
+    """
+    off = min(step - told, step - driven, key=abs)
+    if abs(off) <= _CORRECTION + 5.0 * sqrt(2.0) * noise:
+        return step, corrected
+    taken_back = abs(corrected.step + off) < 0.5 * abs(off)
+    if at - corrected.at <= LENGTH and not taken_back:
+        return step, corrected
+    return step - off, Correction(0.0 if taken_back else off, at)
+
+
+def _filtered(
+    track: Track, along: float, h: float, asked: float, r: float
+) -> tuple[float, float, tuple[float, float, float]]:
+    """(W4) corrected by `along`."""
+    zz, zv, vv = track.p
+    q = _ACCELERATION
+    zz, zv, vv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0, vv + q * h
+    z, v = track.z + h * (track.v + 0.5 * asked), track.v + asked
+    off, share = along - z, 1.0 / (zz + r)
+    z, v = z + zz * share * off, v + zv * share * off
+    return z, v, (zz * r * share, zv * r * share, vv - zv * zv * share)

@@ -1,0 +1,349 @@
+"""The sensors of a vehicle, compared with each other: the pose, the speed, the steering, and the commands.
+
+Over windows of `_WINDOWS` each of these says how far the vehicle has moved and turned (`estimation.odometry`).
+The sensor that disagrees with the other two is left out. Two sensors that agree outvote the commands: a vehicle
+that was stopped is where its sensors say.
+
+- *speed*: it disagrees with the motion of the pose, which the commands explain better. The speed of the pose
+  is used until the two have agreed for some distance.
+- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains that,
+  the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does not
+  change as commanded.
+- *steering*: it disagrees with how the pose turns, which the commands explain better: the steering follows from
+  the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all that
+  was commanded lately, the steering is at fault, not the sensor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import atan, cos, exp, inf, sin, sqrt, tan
+from typing import NamedTuple
+
+import numpy as np
+
+from estimation.odometry import Moment, Track, moved_on
+from estimation.types import Array
+
+_WINDOWS = (0.3, 1.0)  # [s]
+_SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
+_FLOOR, _SHARE = 0.02, 0.07
+"""Two distances that differ by so much agree: [m], and share. Wheels are known to some per cent."""
+_TURN_FLOOR, _ANGLE = 0.008, 0.12
+"""Two turns that differ by so much agree [rad]; offsets of the steering up to so much [rad] are learnt."""
+_FIRST_PAIRS = 8  # neighbouring measurements, before which their noise is not known
+_LATEST = 0.4  # [s]; a pose later than that is none
+_LATE_STEP = 0.05  # [s]
+_LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
+_SHORT = 0.15  # [s], a window in which a pose that has stopped soon stands
+_PROOF = 1.0
+"""A sensor that was left out is used again after it has agreed over this distance [m], the next time over twice
+as much."""
+_UNFOLLOWED, _UNFOLLOWED_SHARE = 0.15, 0.5
+"""A speed that alone is left follows its commands to this [m/s], and share of their change."""
+_STEERING_LAG, _STEERING_WINDOW = 0.7, 1.4
+"""An angle commanded longer ago than this is reached [s]; compared since this time [s]."""
+_STEERING_GAP = 0.15  # [rad] between the steering and all angles commanded in that time
+_OBSERVED = 0.5  # [s], time constant with which turns of the pose correct the steering
+_OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
+
+
+class LeftOut(NamedTuple):
+    """Whether a sensor is left out: why, or ""; the distance [m] for which it has agreed since; how often."""
+
+    problem: str = ""
+    agreed: float = 0.0
+    times: int = 0
+
+    def judged(self, problem: str, way: float) -> LeftOut:
+        """After one more comparison, `way` [m] further on."""
+        if problem:
+            return LeftOut(problem, 0.0, self.times + (not self.problem))
+        agreed = self.agreed + way
+        proven = agreed >= _PROOF * 2.0 ** max(self.times - 1, 0)
+        return LeftOut("" if proven else self.problem, agreed, self.times)
+
+
+_IN_USE = LeftOut()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensors:
+    """What is known of the sensors.
+
+    Attributes:
+        track: the last moments, or None before the first.
+        speed, steering: whether they are left out; pose: why it is in doubt, or "".
+        late: delay of the pose [s]; seen_late: one that would explain the pose [s], since late_since [s].
+        angle: the steering while its sensor is left out [rad].
+        unsteered: why the steering itself is at fault, or "".
+        leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
+        consistent: pose and speed agree; moved: distance for which the pose has moved as a sensor or the commands say [m], since the start.
+    """
+
+    track: Track | None = None
+    speed: LeftOut = _IN_USE
+    steering: LeftOut = _IN_USE
+    pose: str = ""
+    late: float = 0.0
+    seen_late: float = -1.0
+    late_since: float = 0.0
+    angle: float = 0.0
+    unsteered: str = ""
+    leap: float = 0.0
+    consistent: bool = True
+    moved: float = 0.0
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is said of the sensors."""
+        late = f"the pose is {self.late:.2f} s late: it is driven on by that" if self.late else ""
+        leap = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
+        leapt = leap if self.leap and not self.speed.problem else ""
+        return tuple(filter(None, (self.speed.problem, leapt, self.steering.problem, late)))
+
+    def usable(self, measured: Array, wheelbase: float) -> Array:
+        """The measurement (6,) without the sensors that are left out."""
+        if self.track is None or not (self.speed.problem or self.leap or self.steering.problem or self.late):
+            return measured
+        usable = measured.copy()
+        if self.speed.problem:
+            # Where nobody tells the speed, what the commands have made of the last one that was believed.
+            usable[3] = self.track.last.explained if self.pose else self.track.v
+        elif self.leap:
+            usable[3] = self.track.last.explained
+        if self.steering.problem:
+            usable[4] = self.angle
+        if self.late:
+            last = self.track.last
+            way = last.told - self.track.told_at(last.at - self.late)
+            turn = way * tan(float(usable[4])) / wheelbase
+            middle = float(usable[2]) + 0.5 * turn
+            usable[0] += way * cos(middle)
+            usable[1] += way * sin(middle)
+            usable[2] += turn
+        return usable
+
+    def restarted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
+        """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
+        return replace(self, track=Track.start(at, measured, speed, steering), leap=0.0)
+
+    def trusted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
+        """The pose and the steering are tried once more."""
+        return replace(self.restarted(at, measured, speed, steering), pose="", unsteered="", moved=0.0)
+
+    def believing(self, steering: float) -> Sensors:
+        """With what is believed of the present steering [rad]."""
+        return self if self.track is None else replace(self, track=self.track.believing(steering))
+
+
+class Asked(NamedTuple):
+    """What the commands change from one measurement to the next: speed [m/s], steering [rad]."""
+
+    speed: float
+    steering: float
+
+
+class Noise(NamedTuple):
+    """Standard deviations: along [m], heading [rad], speed [m/s]; pairs of neighbours they are known from."""
+
+    along: float
+    heading: float
+    speed: float
+    steering: float
+    pairs: int
+
+
+def compared(
+    known: Sensors, at: float, measured: Array, asked: Asked, noise: Noise, wheelbase: float
+) -> Sensors:
+    """The sensors after one more measurement (6,) whose pose has not jumped, at `at` [s]."""
+    track = known.track
+    if track is None or at <= track.last.at:
+        return known
+    before = track.last
+    track = moved_on(track, at, measured, *asked, noise.along, wheelbase)
+    known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
+    if noise.pairs < _FIRST_PAIRS:
+        return known
+    way = abs(track.last.along - before.along)
+    if known.pose:
+        gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
+        known = replace(known, consistent=all(gap.agree for gap in gaps))
+    else:
+        known = _speed_or_pose(known, track, noise, way)
+    if known.pose:
+        return replace(known, speed=known.speed.judged(_unfollowed(track), 0.0))
+    return _steering(known, track, asked.steering, noise, way, wheelbase)
+
+
+# -- speed and pose -----------------------------------------------------------------------------------------
+
+
+class _Gap(NamedTuple):
+    """Distances [m] by pose and by speed in a window since `then`, and what may be between them."""
+
+    then: Moment
+    moved: float
+    told: float
+    most: float
+
+    @property
+    def agree(self) -> bool:
+        return abs(self.moved - self.told) <= self.most
+
+
+def _gap(track: Track, seconds: float, noise: Noise, late: float) -> _Gap:
+    now, then = track.last, track.before(seconds)
+    length = now.at - then.at
+    moved = now.along - then.along
+    told = now.told - then.told
+    if late:
+        told = track.told_at(now.at - late) - track.told_at(then.at - late)
+    cycle = length / max(len(track.moments) - 1, 1)
+    random = sqrt(2.0) * noise.along + sqrt(length * cycle) * noise.speed
+    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + _SIGMAS * random + now.leaps - then.leaps
+    return _Gap(then, moved, told, most)
+
+
+def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Sensors:
+    """With the verdict on speed and pose."""
+    gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
+    wide = next((gap for gap in gaps if not gap.agree), None)
+    known = replace(known, consistent=wide is None)
+    if wide is None:
+        return replace(known, speed=known.speed.judged("", way))
+    if known.speed.problem or _blames_speed(track, wide):
+        seconds = max(track.last.at - wide.then.at, 1e-3)
+        by_pose = wide.moved / seconds
+        problem = (
+            f"speed sensor says {wide.told / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
+            f"speed from the pose is used"
+        )
+        if known.speed.problem:
+            problem = known.speed.problem  # said once, with the first figures
+        return replace(known, speed=known.speed.judged(problem, way))
+    late = _delay(track, noise)
+    if late is not None:
+        steady = abs(late - known.seen_late) < 1.5 * _LATE_STEP
+        since = known.late_since if steady else track.last.at
+        if track.last.at - since >= _LATE_TIME:
+            return replace(known, late=late, seen_late=late, late_since=since)
+        return replace(known, seen_late=known.seen_late if steady else late, late_since=since)
+    problem = f"the pose moves {wide.moved:.2f} m where the speed sensor says {wide.told:.2f} m"
+    return replace(known, pose=problem, late=0.0)
+
+
+def _blames_speed(track: Track, gap: _Gap) -> bool:
+    """Whether the pose is right, not the speed."""
+    now, then = track.last, gap.then
+    explained = now.driven - then.driven
+    if abs(gap.moved - explained) <= abs(gap.told - explained):
+        return True
+    stands, moves = abs(gap.told) <= gap.most, abs(gap.moved) > gap.most
+    return stands and moves and abs(now.aside - then.aside) <= 0.2 * abs(gap.moved)
+
+
+def _delay(track: Track, noise: Noise) -> float | None:
+    """The delay of the pose [s] that makes it agree with the speed, or None."""
+    best, found = inf, None
+    for k in range(1, round(_LATEST / _LATE_STEP) + 1):
+        late = k * _LATE_STEP
+        gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *_WINDOWS)]
+        off = sum(abs(gap.moved - gap.told) for gap in gaps)
+        if all(gap.agree for gap in gaps) and off < best:
+            best, found = off, late
+    return found
+
+
+def _unfollowed(track: Track) -> str:
+    """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
+    now, then = track.last, track.before(0.5)
+    asked, told = now.asked - then.asked, now.v - then.v
+    if abs(told - asked) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(asked):
+        return ""
+    return f"speed sensor changes by {told:.2f} m/s where {asked:.2f} m/s was commanded: it is not used"
+
+
+# -- steering -------------------------------------------------------------------------------------------------
+
+
+def _steering(
+    known: Sensors, track: Track, steered: float, noise: Noise, way: float, wheelbase: float
+) -> Sensors:
+    """With the verdict on the steering, and its angle."""
+    now = track.last
+    out = known.steering.problem != ""
+    angle = _observed(known, track, steered, noise, wheelbase) if out else now.delta
+    problem = ""
+    for seconds in _WINDOWS:
+        then = track.before(seconds)
+        moved, turned = now.along - then.along, now.phi - then.phi
+        told = now.turned - then.turned
+        most = _TURN_FLOOR + _ANGLE * abs(moved) / wheelbase + _SIGMAS * sqrt(2.0) * noise.heading
+        most += 0.1 * abs(turned)
+        if abs(turned - told) > most and (out or _explains(track, then, turned, told, wheelbase)):
+            seen = atan(wheelbase * turned / moved) if moved else 0.0
+            says = atan(wheelbase * told / moved) if moved else 0.0
+            problem = (
+                f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
+                f"steering from the turns is used"
+            )
+            if not out:
+                angle = _observed(
+                    replace(known, angle=then.steering + now.steered - then.steered),
+                    track,
+                    0.0,
+                    noise,
+                    wheelbase,
+                )
+            break
+    if problem and out:
+        problem = known.steering.problem
+    judged = known.steering.judged(problem, way)
+    unsteered = known.unsteered or ("" if judged.problem else _unsteered(track, noise))
+    moved = 0.0 if unsteered else known.moved + way
+    return replace(known, steering=judged, angle=angle, unsteered=unsteered, moved=moved)
+
+
+def _explains(track: Track, then: Moment, turned: float, told: float, wheelbase: float) -> bool:
+    """Whether the commands explain the turn of the pose [rad] better than that of the steering sensor."""
+    explained, last = 0.0, then
+    for each in track.moments:
+        if each.at <= then.at:
+            continue
+        angle = then.steering + 0.5 * (each.steered + last.steered) - then.steered
+        explained += (each.along - last.along) * tan(max(min(angle, 1.4), -1.4)) / wheelbase
+        last = each
+    return abs(turned - explained) < abs(told - explained)
+
+
+def _observed(known: Sensors, track: Track, steered: float, noise: Noise, wheelbase: float) -> float:
+    """The steering [rad] by its commands, and by how the pose turns."""
+    angle, now, then = known.angle + steered, track.last, track.before(_WINDOWS[0])
+    moved, turned = now.along - then.along, now.phi - then.phi
+    if abs(moved) < _FLOOR:
+        return angle
+    lag = 0.5 * (now.steered - then.steered)  # the turn is that of the middle of the window
+    std = wheelbase * sqrt(2.0) * (noise.heading + 1e-3) / abs(moved)
+    share = (1.0 - exp(-(now.at - track.moments[-2].at) / _OBSERVED)) / (1.0 + (std / _OBSERVED_STD) ** 2)
+    return angle + share * (atan(wheelbase * turned / moved) + lag - angle)
+
+
+def _unsteered(track: Track, noise: Noise) -> str:
+    """Why the steering is at fault, or "": it stays aside of all that was commanded lately."""
+    now, then = track.last, track.before(_STEERING_WINDOW)
+    late = [each for each in track.moments if each.at >= max(now.at - _STEERING_LAG, then.at)]
+    first = then.delta - then.steered
+    least = min(each.steered for each in late) + first
+    most = max(each.steered for each in late) + first
+    gap = now.delta - min(max(now.delta, least), most)
+    if abs(gap) <= _STEERING_GAP + _SIGMAS * sqrt(2.0) * noise.steering:
+        return ""
+    return f"the steering does not follow its commands: {gap:+.2f} rad off"
+
+
+def noise_of(stds: Array, pairs: int) -> Noise:
+    """From the standard deviations (5,) of along, across, heading, speed, steering."""
+    along, _, heading, speed, steering = np.asarray(stds).tolist()
+    return Noise(along, heading, speed, steering, pairs)
