@@ -195,6 +195,9 @@ def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verd
     here = context.target.pose.compose(context.standing_error)
     if aim.stands_elsewhere(goal, here, w.config):
         return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
+    moved = aim.dock_has_moved(goal, w.config)
+    if moved:
+        return Verdict(Reason.GOAL_UNCERTAIN, moved)
     return Verdict(Reason.DOCKED)
 
 
