@@ -24,6 +24,8 @@ SHORTEST_BURST = 0.65
 AGREED_FOR = 1.0
 """Detections that agree on another goal over this time [s] are told: who stands there is not docked."""
 
+_AGREEING = 9  # detections that agree, for each that does not
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
@@ -45,7 +47,7 @@ class Belief:
         agreed = [
             rival
             for rival in self.rivals
-            if rival.lasted >= AGREED_FOR and _is_majority(rival) and now - rival.seen_at <= AGREED_FOR
+            if rival.lasted >= AGREED_FOR and _is_agreed(rival) and now - rival.seen_at <= AGREED_FOR
         ]
         return max(agreed, key=lambda rival: rival.count).pose if agreed else None
 
@@ -111,6 +113,12 @@ def _is_majority(rival: Track) -> bool:
     return rival.count > rival.others + 1
 
 
+def _is_agreed(rival: Track) -> bool:
+    """Whether all but a few detections since its first one are its own: few of those that are read turned by
+    180 deg are in a row."""
+    return rival.count > _AGREEING * rival.others
+
+
 def _not_yet(
     rival: Track, track: Track | None, nis: float | None, prior: GoalPrior | None, tracks: TrackFilter
 ) -> str:
@@ -124,7 +132,8 @@ def _not_yet(
             return f"waits for others that agree with it for {BURST:g} s, far from the planned goal"
         return ""
     worth = BURST if far else min(track.lasted, BURST)
-    needed = max(worth - (rival.first - track.seen_at), SHORTEST_BURST)
+    lost = rival.first - track.seen_at > BURST
+    needed = SHORTEST_BURST if lost else max(worth, SHORTEST_BURST)
     if rival.lasted >= needed and _is_majority(rival):
         return ""
     return (

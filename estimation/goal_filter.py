@@ -71,10 +71,9 @@ class GoalPoseFilter:
     @door()
     def update(self, measurement: GoalMeasurement) -> Judgement:
         """Take in one detection, at the time of its stamp; says what became of it. Raises nothing."""
-        detection = in_world(measurement, self.config)
-        problem = detection if isinstance(detection, str) else self._timing_problem(detection)
-        if isinstance(detection, str) or problem:
-            return Judgement(stamp=measurement.stamp, outcome=Outcome.REFUSED, reason=problem)
+        detection = self._usable(measurement)
+        if isinstance(detection, str):
+            return Judgement(stamp=measurement.stamp, outcome=Outcome.REFUSED, reason=detection)
         if self._now is None:
             self._settle(detection.stamp)
         place = bisect_right(self._past, detection.stamp, key=_stamp)
@@ -132,9 +131,17 @@ class GoalPoseFilter:
             return GoalStatus.LOST
         return GoalStatus.COASTING if age > _COAST_AFTER else GoalStatus.TRACKING
 
-    def _timing_problem(self, detection: Detection) -> str:
-        """Why its stamp cannot be used, or ""."""
-        stamp, now = detection.stamp, self._now
+    def _usable(self, measurement: GoalMeasurement) -> Detection | str:
+        """A measurement as a detection in the world, or why it is not usable."""
+        problem = self._timing_problem(measurement.stamp) if is_time(measurement.stamp) else ""
+        detection = problem or in_world(measurement, self.config)
+        if isinstance(detection, Detection) and any(detection.same(known) for known, _ in self._past):
+            return "told already"
+        return detection
+
+    def _timing_problem(self, stamp: float) -> str:
+        """Why a stamp cannot be used, or ""."""
+        now = self._now
         if now is not None and not -self.config.history <= stamp - now <= CLOCK_SKEW:
             read = now - stamp / _MILLISECONDS
             hint = ": is it in milliseconds?" if -CLOCK_SKEW <= read <= self.config.history else ""
@@ -146,8 +153,6 @@ class GoalPoseFilter:
             )
         if stamp < self._origin.time:
             return f"stamp {stamp:.3f} s is before what was settled at {self._origin.time:.3f} s"
-        if any(detection.same(known) for known, _ in self._past):
-            return "told already"
         return ""
 
 
