@@ -2,8 +2,8 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.foreign_goals [--draws N] [--seed S]
 
-Three places: a path with a corridor and a roughly given goal, an area with a roughly given goal, and a mission
-to a dock that says how wrong its pose may be and has a body that must not be touched.
+Three places: a path with a corridor and a roughly given goal, an area with a roughly given goal, and a
+mission to a dock that says how wrong its pose may be and has a body that must not be touched.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ from rti_mpcc import (
 Place = Literal["path", "area", "mission"]
 PLACES: tuple[Place, ...] = ("path", "area", "mission")
 CYCLE = 0.05  # [s]
-AFTER = 3.0  # rides go on for so long after DOCKED [s]
 TOLERANCE = (0.05, 0.05, 0.0349)
 UNCERTAINTY = (1.0, 0.26)
 BODY = ((-5.0, -1.1), (-2.0, -1.1), (-2.0, 1.1), (-5.0, 1.1))
@@ -45,7 +44,11 @@ BODY = ((-5.0, -1.1), (-2.0, -1.1), (-2.0, 1.1), (-5.0, 1.1))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One ride: where, the true dock, how far off the planned one is (in its frame), and the camera."""
+    """One ride: where, the true dock, how far off the planned one is (in its frame), and the camera.
+
+    It lasts `seconds`, at most `after` [s] after the first DOCKED; a dock that moves is
+    followed or waited for.
+    """
 
     place: Place
     dock: MovingDock
@@ -54,6 +57,7 @@ class Case:
     seed: int = 0
     seconds: float = 120.0
     follows: bool = False
+    after: float = 3.0
 
     @property
     def planned(self) -> Pose2:
@@ -79,7 +83,7 @@ def ride(case: Case) -> Ride:
         camera=case.camera(case.dock),
         goal=goal,
         seed=case.seed,
-        after_docked=AFTER,
+        after_docked=case.after,
     )
 
 
@@ -135,25 +139,27 @@ class Outcome:
     """What became of a case.
 
     Attributes:
-        docked_at: when it first said DOCKED [s], or None; wrong: it said so outside of the true tolerance.
+        docked_at: when it first said DOCKED [s], or None.
+        wrong: the longest time for which it said so outside of the true tolerance [s].
         touched: the body of the vehicle met the true one of the dock; stands: at the end.
-        reason: the last one; replans: number of further routes.
+        reason: the last one.
     """
 
     docked_at: float | None
-    wrong: bool
+    wrong: float
     touched: bool
     stands: bool
     reason: str
 
 
 def judged(case: Case, done: Ride) -> Outcome:
-    """The ride against the truth; wrong is a DOCKED of a cycle in which the vehicle is twice outside it."""
-    wrong = False
+    """The ride against the truth."""
+    wrong = now = 0.0
     for t, command in zip(done.stamps, done.commands, strict=True):
-        if command.docked:
-            at = int(np.searchsorted(done.truth[:, 0], t - 1e-9))
-            wrong |= not done.inside(case.dock.at(float(t)), TOLERANCE, min(at, len(done.truth) - 1))
+        at = min(int(np.searchsorted(done.truth[:, 0], t - 1e-9)), len(done.truth) - 1)
+        outside = command.docked and not done.inside(case.dock.at(float(t)), TOLERANCE, at)
+        now = now + CYCLE if outside else 0.0
+        wrong = max(wrong, now)
     goal = case.dock.at(float(done.truth[-1, 0]))
     body = shapely.Polygon([(p.x, p.y) for p in (goal.compose(Pose2(x, y, 0.0)) for x, y in BODY)])
     return Outcome(
@@ -202,9 +208,10 @@ def main() -> None:
             clean[place, seed] = outcome.docked_at
         known, at = clean.get((place, seed)), outcome.docked_at
         share = "" if at is None or not known else f"{at / known:.2f}"
-        said = "wrong" if outcome.wrong else "touched" if outcome.touched else ""
+        reason = outcome.reason[:140]
+        said = f"wrong {outcome.wrong:.1f} s" if outcome.wrong else "touched" if outcome.touched else ""
         print(
-            f"{place:8}{seed:6} {fault:40}{at or float('nan'):7.2f} {share:5} {said:8}{outcome.reason[:150]}",
+            f"{place:8}{seed:6} {fault:40}{at or float('nan'):7.2f} {share:5} {said:12}{reason}",
             flush=True,
         )
 

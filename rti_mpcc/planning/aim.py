@@ -90,6 +90,8 @@ def goal_remarks(goal: GoalState) -> tuple[str, ...]:
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
         found.append(f"goal detected at {where} rejected: {fit.problem}{STAYS}")
+    if goal.estimate is not None and goal.estimate.moves:
+        found.append(_motion(goal.estimate))
     if goal.undetected:
         found.append(f"goal not detected, the last detection: {goal.undetected}")
     if goal.rejected:
@@ -114,7 +116,7 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
         return "goal not seen yet, and not certain to be where it is expected"
     tracking = config.goal_tracking
     if estimate is not None and waits_for_dock(s.goal, config):
-        return f"{_motion(estimate)}; waiting until it stands"
+        return "waiting until the dock stands"
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
     left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
@@ -143,6 +145,8 @@ def remark(goal: GoalState) -> str:
 
 def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
+    if s.is_stationary and waits_for_dock(s.goal, config):
+        return doubt(s, config)
     if not (context.ends_at_goal and context.free):
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
@@ -186,7 +190,7 @@ def dock_has_moved(goal: GoalState, config: ControllerConfig) -> str:
     if estimate is None:
         return ""
     if estimate.moves:
-        return _motion(estimate)
+        return "standing at a dock that moves"
     if estimate.elsewhere is None or goal.pose is None:
         return ""
     off = estimate.elsewhere.relative_to(goal.pose)
