@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import hypot
 
 from estimation.measurement import Detection
 from estimation.prior import GoalPrior
@@ -24,6 +25,8 @@ SHORTEST_BURST = 0.65
 AGREED_FOR = 1.0
 """Detections that agree on another goal over this time [s] are told: who stands there is not docked."""
 
+_FAR = (0.5, 0.2)
+"""A goal that has moved by less than this [m], [rad] is followed sooner, in proportion: less is at stake."""
 _AGREEING = 9  # detections that agree, for each that does not
 
 
@@ -119,6 +122,12 @@ def _is_agreed(rival: Track) -> bool:
     return rival.count > _AGREEING * rival.others
 
 
+def _share_of_far(pose: Pose2, known: Pose2) -> float:
+    """How far a pose is from a known one, 1 at most."""
+    off, (position, heading) = pose.relative_to(known), _FAR
+    return min(max(hypot(off.x, off.y) / position, abs(off.phi) / heading), 1.0)
+
+
 def _not_yet(
     rival: Track, track: Track | None, nis: float | None, prior: GoalPrior | None, tracks: TrackFilter
 ) -> str:
@@ -132,8 +141,9 @@ def _not_yet(
             return f"waits for others that agree with it for {BURST:g} s, far from the planned goal"
         return ""
     worth = BURST if far else min(track.lasted, BURST)
-    lost = rival.first - track.seen_at > BURST
-    needed = SHORTEST_BURST if lost else max(worth, SHORTEST_BURST)
+    if rival.first - track.seen_at > BURST:
+        worth = 0.0  # it was lost before
+    needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * _share_of_far(rival.pose, track.pose)
     if rival.lasted >= needed and _is_majority(rival):
         return ""
     return (

@@ -27,8 +27,10 @@ from geometry import Pose2, lift
 
 KEPT = 5.0
 """Detections farther apart than this [s] say nothing about rates, and belong to no rival track."""
-_MOVED = 0.9999
-"""Probability with which a goal that stands does not count as moved, or moving."""
+_MOVED = 0.99
+"""Probability with which a goal that stands does not count as moved, for (E5). The agile estimate allows for
+rates that such a goal has not, so in truth it counts far more seldom: 0 times in 3000 detections."""
+_MOVING = 0.9999  # probability with which the rates of a goal that stands are not taken for a motion
 _RESTS = 0.95  # probability with which the rates of a goal that stands again are this small
 _MOVING_FOR = 1.0
 """A goal moves if it has been seen to for this time [s]: a goal that was shifted seems to for a moment."""
@@ -99,7 +101,7 @@ class TrackFilter:
             kalman.H = np.eye(3, size)
         self.confirmations = config.confirmations
         self.gate = float(chdtri(3, 1.0 - config.gate))
-        self._moved, self._moving = (float(chdtri(size, 1.0 - _MOVED)) for size in (6, 3))
+        self._moved, self._moving = float(chdtri(6, 1.0 - _MOVED)), float(chdtri(3, 1.0 - _MOVING))
         self._rests = float(chdtri(3, 1.0 - _RESTS))
 
     def born(self, detection: Detection, *, barred: bool = False) -> Track:
