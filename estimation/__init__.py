@@ -8,6 +8,7 @@ from estimation.disturbance import DisturbanceEstimate
 from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
+from estimation.prior import GoalPrior
 from estimation.settings import (
     DetectionNoise,
     DisturbanceFilterConfig,
@@ -43,6 +44,7 @@ __all__ = [
     "GoalFilterConfig",
     "GoalMeasurement",
     "GoalPoseFilter",
+    "GoalPrior",
     "GoalStatus",
     "Judgement",
     "MeasurementNoise",

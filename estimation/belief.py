@@ -1,23 +1,33 @@
-"""What detections up to some time say about the goal, as a value, and how far others are from it."""
+"""What detections up to some time say about the goal, as a value, and what one more makes of that.
+
+One track is taken for the goal. Detections that do not fit it make rival tracks: outliers, bursts of false
+detections, a goal that is elsewhere now. A rival becomes the goal if it outlasts a burst, and if more
+detections since its first one are its own than not. While no goal is known, `confirmations` detections are
+enough, unless the planned goal contradicts them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
+from math import hypot
 
 from estimation.measurement import Detection
-from estimation.types import Array, Judgement
-from geometry import lift, wrap
+from estimation.prior import GoalPrior
+from estimation.track import KEPT, Track, TrackFilter, innovation_of, turned_to
+from estimation.types import Judgement, Outcome
+from geometry import Pose2
 
+BURST = 1.8
+"""Detections that agree with each other over this time [s] are no burst of false ones."""
+SHORTEST_BURST = 0.65
+"""The same where the present track is not worth more: it was seen for a shorter time, or long ago."""
+AGREED_FOR = 1.0
+"""Detections that agree on another goal over this time [s] are told: who stands there is not docked."""
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Recent:
-    """A detection of the last moments, and what was believed before it."""
-
-    detection: Detection
-    before: Belief | None
+_FAR = (0.5, 0.2)
+"""A goal that has moved by less than this [m], [rad] is followed sooner, in proportion: less is at stake."""
+_AGREEING = 9  # detections that agree, for each that does not
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,73 +35,118 @@ class Belief:
     """What the detections up to `time` [s] say.
 
     Attributes:
-        mean: (n,) x, y, heading and for a moving goal their rates; None before the goal was seen.
-        covariance: (n, n); seen_at: stamp of the last accepted detection [s].
-        recent: the detections of the last moments, accepted or not, by stamp.
+        track: taken for the goal; None before the goal was seen.
+        rivals: tracks of detections that did not fit it.
         judged: the last detection set against a prediction.
     """
 
     time: float
-    mean: Array | None = None
-    covariance: Array | None = None
-    seen_at: float | None = None
-    recent: tuple[Recent, ...] = ()
+    track: Track | None = None
+    rivals: tuple[Track, ...] = ()
     judged: Judgement | None = None
 
-
-def innovation_of(mean: Array, covariance: Array, detection: Detection) -> tuple[Array, float]:
-    """Detection minus mean (3,), heading on the mean's branch, and its square in units of S = H P H' + R."""
-    innovation = detection.value - mean[:3]
-    innovation[2] = lift(float(detection.value[2]), float(mean[2])) - mean[2]
-    innovation.flags.writeable = False
-    spread = covariance[:3, :3] + detection.covariance
-    return innovation, float(innovation @ np.linalg.solve(spread, innovation))
-
-
-def innovations(mean: Array, detections: Sequence[Detection]) -> Array:
-    """Detections minus a mean (n,), of a moving goal too, headings on its branch: (k, 3)."""
-    values = np.array([detection.value for detection in detections])
-    predicted = mean[:3]
-    if len(mean) > 3:
-        seconds = np.array([detection.stamp for detection in detections]) - detections[-1].stamp
-        predicted = predicted + seconds[:, None] * mean[3:]
-    innovations = values - predicted
-    innovations[:, 2] = wrap(innovations[:, 2])
-    return innovations
+    def elsewhere(self, now: float) -> Pose2 | None:
+        """Where the detections of the last moment agree that the goal is, if not at the track; or None."""
+        agreed = [
+            rival
+            for rival in self.rivals
+            if rival.lasted >= AGREED_FOR and _is_agreed(rival) and now - rival.seen_at <= AGREED_FOR
+        ]
+        return max(agreed, key=lambda rival: rival.count).pose if agreed else None
 
 
-def contradiction(mean: Array, covariance: Array, detections: Sequence[Detection]) -> float:
-    """How far the weighted mean of detections is from what is believed at the last one's stamp, Eq. (E5).
+def later(belief: Belief, detection: Detection, prior: GoalPrior | None, tracks: TrackFilter) -> Belief:
+    """The belief after one more detection; `judged` says what became of it."""
+    problem = "" if prior is None else prior.problem(detection)
+    judged = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose, reason=problem)
+    track = None if belief.track is None else tracks.predicted(belief.track, detection.stamp)
+    belief = replace(belief, time=detection.stamp, track=track)
+    if track is None:
+        return _by_rivals(belief, detection, judged, prior, tracks)
+    innovation, nis = innovation_of(*track.values, detection)
+    judged = replace(judged, innovation=innovation, nis=nis)
+    if problem or nis > tracks.gate:
+        return _by_rivals(belief, detection, judged, prior, tracks)
+    joined, elsewhere = tracks.joined(track, detection)
+    judged = replace(judged, outcome=Outcome.ACQUIRED if elsewhere else Outcome.ACCEPTED)
+    return replace(belief, track=joined, rivals=_outnumbered(belief.rivals), judged=judged)
 
-    Squared, in units of the sum of both covariances: chi-square of 3 if the goal has not moved.
+
+def _by_rivals(
+    belief: Belief, detection: Detection, judged: Judgement, prior: GoalPrior | None, tracks: TrackFilter
+) -> Belief:
+    """With a detection that does not fit the track; its rival takes over if that is due."""
+    rivals, rival = _joined(belief.rivals, detection, tracks, barred=judged.reason != "")
+    why = judged.reason or _not_yet(rival, belief.track, judged.nis, prior, tracks)
+    if why:
+        return replace(belief, rivals=(*rivals, rival), judged=replace(judged, reason=why))
+    judged = replace(judged, outcome=Outcome.ACQUIRED)
+    return replace(belief, track=turned_to(rival, belief.track), rivals=rivals, judged=judged)
+
+
+def _joined(
+    rivals: Sequence[Track], detection: Detection, tracks: TrackFilter, *, barred: bool
+) -> tuple[tuple[Track, ...], Track]:
+    """The other rivals, and the one that a detection fits best, or a new one, with it."""
+    known = [
+        tracks.predicted(each, detection.stamp) for each in rivals if detection.stamp - each.seen_at <= KEPT
+    ]
+    alike = [k for k, each in enumerate(known) if each.barred == barred]
+    squares = {k: innovation_of(known[k].mean, known[k].covariance, detection)[1] for k in alike}
+    best = min(squares, key=lambda k: squares[k], default=None)
+    if best is None or squares[best] > tracks.gate:
+        return _outnumbered(known, barred=barred), tracks.born(detection, barred=barred)
+    rival = known.pop(best)
+    return _outnumbered(known, barred=barred), tracks.joined(rival, detection)[0]
+
+
+def _outnumbered(rivals: Sequence[Track], *, barred: bool = False) -> tuple[Track, ...]:
+    """The rivals after a detection that is not theirs, without those that most detections speak against.
+
+    A barred detection speaks against other barred ones only.
     """
-    weights = np.linalg.inv(np.array([detection.covariance for detection in detections]))
-    spread = np.linalg.inv(weights.sum(axis=0))
-    average = spread @ np.einsum("kij,kj->i", weights, innovations(mean, detections))
-    return float(average @ np.linalg.solve(spread + covariance[:3, :3], average))
+    counted = [
+        each if barred and not each.barred else replace(each, others=each.others + 1) for each in rivals
+    ]
+    return tuple(each for each in counted if each.others <= each.count)
 
 
-def prevailing(recent: Sequence[Recent], agreeing: Sequence[Recent], count: int) -> Sequence[Recent]:
-    """The longest run up to the last of those that agree, `count` at least; empty if there is none.
-
-    At least half of all detections in that time have to be in it: among enough outliers, two agree by chance.
-    """
-    for k in range(len(agreeing) - count + 1):
-        first = agreeing[k].detection.stamp
-        since = sum(one.detection.stamp >= first for one in recent)
-        if 2 * (len(agreeing) - k) >= since:
-            return agreeing[k:]
-    return ()
+def _is_majority(rival: Track) -> bool:
+    """Whether clearly more detections since its first one are its own: of two seen in turn neither is."""
+    return rival.count > rival.others + 1
 
 
-def bare(belief: Belief) -> Belief:
-    """Without its past, which would hold the whole run."""
-    return replace(belief, recent=(), judged=None)
+def _is_agreed(rival: Track) -> bool:
+    """Whether all but a few detections since its first one are its own: few of those that are read turned by
+    180 deg are in a row."""
+    return rival.count > _AGREEING * rival.others
 
 
-def shifted(belief: Belief, seconds: float) -> Belief:
-    """The same belief on a clock that was set by `seconds`; recent detections are forgotten."""
-    if belief.mean is None:
-        return Belief(time=-np.inf)
-    assert belief.seen_at is not None
-    return replace(belief, time=belief.time + seconds, seen_at=belief.seen_at + seconds, recent=())
+def _share_of_far(pose: Pose2, known: Pose2) -> float:
+    """How far a pose is from a known one, 1 at most."""
+    off, (position, heading) = pose.relative_to(known), _FAR
+    return min(max(hypot(off.x, off.y) / position, abs(off.phi) / heading), 1.0)
+
+
+def _not_yet(
+    rival: Track, track: Track | None, nis: float | None, prior: GoalPrior | None, tracks: TrackFilter
+) -> str:
+    """Why a rival is not taken for the goal yet, or ""."""
+    far = prior is not None and prior.is_far(rival.pose)
+    if track is None or nis is None:
+        needed = tracks.confirmations
+        if rival.count < needed or rival.count < rival.others:
+            return f"waits for others that agree with it ({rival.count} of {needed})"
+        if far and rival.lasted < BURST:
+            return f"waits for others that agree with it for {BURST:g} s, far from the planned goal"
+        return ""
+    worth = BURST if far else min(track.lasted, BURST)
+    if rival.first - track.seen_at > BURST:
+        worth = 0.0  # it was lost before
+    needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * _share_of_far(rival.pose, track.pose)
+    if rival.lasted >= needed and _is_majority(rival):
+        return ""
+    return (
+        f"NIS {nis:.1f} is above the gate, {tracks.gate:.1f}; {rival.count} agree with it over "
+        f"{rival.lasted:.1f} s of {needed:.1f} s"
+    )

@@ -47,15 +47,16 @@ class DetectionNoise(Settings):
 class GoalFilterConfig(Settings):
     """All settings of a `GoalPoseFilter`; every one has a default.
 
-    The goal's true pose is taken to walk at random: its variance grows by drift² per second. With `moving`
-    it also has a velocity, which walks at random itself.
+    The goal's true pose is taken to walk at random: its variance grows by drift² per second. A goal that is
+    seen to move also has a velocity, which walks at random itself.
 
     Attributes:
         noise: of detections that bring no covariance of their own.
         vehicle_position_std, vehicle_heading_std: of the vehicle pose from which a detection in the
             vehicle's frame was made [m], [rad]; they add to its covariance.
         position_drift: of x and y each [m/sqrt(s)]; heading_drift: [rad/sqrt(s)].
-        moving: estimate the goal's velocity and turn rate too.
+        moving: a goal that moves is followed, its velocity and turn rate are estimated from the start.
+            Otherwise the controller waits in front of a goal that is seen to move until it stands.
         gate: probability with which a true detection passes the gate.
         confirmations: detections that have to agree before the goal counts as seen.
         lost_after: time without an accepted detection until LOST [s].

@@ -73,6 +73,8 @@ class GoalEstimate:
         pose: in the world, heading on one branch while tracked; None while SEARCHING.
         covariance: (3, 3) of x, y, heading, world axes [m², m rad, rad²]; None while SEARCHING.
         velocity: (3,) of a moving goal [m/s, m/s, rad/s]; None if it is not estimated.
+        moves: the goal is seen to move.
+        elsewhere: where the detections of the last moment agree that the goal is, if not at `pose`; or None.
         age: time since the last accepted detection's stamp [s]; None while SEARCHING.
         innovation, nis: of the last detection that was set against a prediction, see `Judgement`.
     """
@@ -81,6 +83,8 @@ class GoalEstimate:
     pose: Pose2 | None = None
     covariance: Array | None = None
     velocity: Array | None = None
+    moves: bool = False
+    elsewhere: Pose2 | None = None
     age: float | None = None
     innovation: Array | None = None
     nis: float | None = None

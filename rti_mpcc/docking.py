@@ -349,6 +349,8 @@ class DockingController:
             if refused != s.goal.undetected:
                 s = replace(s, goal=replace(s.goal, undetected=refused))
             return s, (), unfit
+        end = None if s.on_planned_way else s.path.end
+        self._filter.expect(aim.prior(s.goal, end))
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
@@ -361,7 +363,6 @@ class DockingController:
         fit = None
         if estimate.pose is not None:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
-        end = None if s.on_planned_way else s.path.end
         goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
         goal = replace(goal, undetected=aim.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit

@@ -192,10 +192,13 @@ def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verd
     """Whether the goal that the vehicle stands at is the given one, and was detected."""
     goal = s.goal
     if aim.never_seen(goal, w.config):
-        return Verdict(Reason.NOT_DETECTED, goal.undetected and f", the last detection: {goal.undetected}")
+        return Verdict(Reason.NOT_DETECTED)
     here = context.target.pose.compose(context.standing_error)
     if aim.stands_elsewhere(goal, here, w.config):
         return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
+    moved = aim.dock_has_moved(goal, w.config)
+    if moved:
+        return Verdict(Reason.GOAL_UNCERTAIN, moved)
     return Verdict(Reason.DOCKED)
 
 

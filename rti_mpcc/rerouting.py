@@ -20,7 +20,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.planning import ways
+from rti_mpcc.planning import aim, ways
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
@@ -197,7 +197,8 @@ class Rerouter:
         if route.wanted and task.phase is Phase.STARTING and s.is_stationary:
             return route.wanted
         goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
-        if goal is not None and planned is not None and self._elsewhere(goal, planned.goal):
+        waits = aim.waits_for_dock(s.goal, self._config)
+        if goal is not None and planned is not None and not waits and self._elsewhere(goal, planned.goal):
             return "the goal has moved"
         if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
             return "something blocks the route"

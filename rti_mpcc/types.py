@@ -114,7 +114,7 @@ class Reason(Enum):
     STANDS_BEFORE_SOMETHING = "stands before something", "something blocks the route: {}", Status.BLOCKED
     STANDS_AT_CUSP = "stands at cusp", "standing at the cusp", Status.CHANGING_DIRECTION
     GOAL_REJECTED = "goal rejected", "{}", Status.GOAL_REJECTED
-    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}", Status.SEARCHING
+    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet", Status.SEARCHING
     DOCKED = "docked", "standing inside the tolerance", Status.DOCKED
     TOLD_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
     STALLED = "stalled", "no plan from here ends inside the tolerance{}", Status.STALLED

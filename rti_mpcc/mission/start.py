@@ -121,6 +121,7 @@ def _start_docking(
         tolerance=step.tolerance,
         detected=None if step.kind is None else step.kind is not DockKind.KNOWN,
         approach=None if step.approach is None else (step.approach.length, step.approach.direction),
+        uncertainty=step.uncertainty,
         keep_out=_keep_out(step, ways.here(s, config), config),
     )
     return Started(agenda, GoTo(goal=goal, terms=terms), goal, goal)

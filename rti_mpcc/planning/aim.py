@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import degrees, hypot
+from math import degrees, hypot, pi
 
 import numpy as np
 
-from estimation import GoalEstimate, GoalMeasurement, GoalStatus, Judgement, PoseHistory, stds_in
+from estimation import (
+    GoalEstimate,
+    GoalMeasurement,
+    GoalPrior,
+    GoalStatus,
+    Judgement,
+    PoseHistory,
+    stds_in,
+)
 from estimation.goal_filter import CLOCK_SKEW
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
@@ -17,12 +25,14 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
+from rti_mpcc.planning.ways import GOAL_MOVED
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
 _LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
 _CERTAINTY = 2.0
 """A goal that is LOST may still be docked at while so many standard deviations of its estimate fit the goal
 tolerance."""
+_TURNING = 0.02  # [rad/s], of a dock that is said to turn
 _STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the standoff waits there [m]
 
 
@@ -39,6 +49,21 @@ def with_vehicle_pose(measurement: GoalMeasurement, vehicle: VehicleEstimate) ->
     if measurement.vehicle is not None:
         return measurement
     return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=CLOCK_SKEW))
+
+
+def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
+    """What is known of the goal before any detection; None: nothing. `end`: of a path without another goal.
+
+    A dock says itself how wrong its planned pose may be. Another goal that was given is usually right to
+    within what the same route is good for.
+    """
+    if goal.planned is None:
+        return None if end is None else GoalPrior(pose=end)
+    if goal.terms.uncertainty is None:
+        position, heading = GOAL_MOVED
+        return GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
+    position, heading = goal.terms.uncertainty
+    return GoalPrior(pose=goal.planned, position=position, heading=min(heading, 0.5 * pi))
 
 
 def rate_limited_goal(
@@ -73,6 +98,10 @@ def goal_remarks(goal: GoalState) -> tuple[str, ...]:
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
         found.append(f"goal detected at {where} rejected: {fit.problem}{STAYS}")
+    if goal.estimate is not None and goal.estimate.moves:
+        found.append(_motion(goal.estimate))
+    if goal.undetected:
+        found.append(f"goal not detected, the last detection: {goal.undetected}")
     if goal.rejected:
         return tuple(found)
     made_for = goal.fit if goal.followed is None else fit
@@ -93,9 +122,11 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
     estimate, arrival = s.goal.estimate, s.task.arrival
     if s.goal.terms.keep_out and never_seen(s.goal, config):
         return "goal not seen yet, and not certain to be where it is expected"
+    tracking = config.goal_tracking
+    if estimate is not None and waits_for_dock(s.goal, config):
+        return "waiting until the dock stands"
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    tracking = config.goal_tracking
     left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
     pose, covariance = estimate.pose, estimate.covariance
     assert pose is not None
@@ -122,6 +153,8 @@ def remark(goal: GoalState) -> str:
 
 def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
+    if s.is_stationary and waits_for_dock(s.goal, config):
+        return doubt(s, config)
     if not (context.ends_at_goal and context.free):
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
@@ -140,8 +173,8 @@ def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
 
 
 def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> str:
-    """Why the last detection was rejected, while none was accepted; `unfit`: why an input is no detection."""
-    if goal.estimate is not None and goal.estimate.pose is not None:
+    """Why the last detection was rejected, while none is accepted; `unfit`: why an input is no detection."""
+    if goal.estimate is not None and goal.estimate.status in (GoalStatus.TRACKING, GoalStatus.COASTING):
         return ""
     refused = [each.reason for each in judgements if not each.accepted]
     return (refused[-1] if refused else unfit) or goal.undetected
@@ -154,6 +187,38 @@ def stands_elsewhere(goal: GoalState, here: Pose2, config: ControllerConfig) -> 
     if fit is not None and fit.problem:
         refused.append(fit.pose)
     return not all(pose is not None and here.relative_to(pose).within(tolerance) for pose in refused)
+
+
+def dock_has_moved(goal: GoalState, config: ControllerConfig) -> str:
+    """Why a vehicle that stands at the goal is not docked: the dock moves, or is elsewhere; or "".
+
+    The detections of the last moment decide, also where the estimate does not follow them yet.
+    """
+    estimate = goal.estimate
+    if estimate is None:
+        return ""
+    if estimate.moves:
+        return "standing at a dock that moves"
+    if estimate.elsewhere is None or goal.pose is None:
+        return ""
+    off = estimate.elsewhere.relative_to(goal.pose)
+    if off.within(goal.terms.on(config).goal_tolerance):
+        return ""
+    far, turn = hypot(off.x, off.y), degrees(off.phi)
+    return f"the last detections agree on a dock {far:.3f} m and {turn:.1f} deg from the goal"
+
+
+def waits_for_dock(goal: GoalState, config: ControllerConfig) -> bool:
+    """Whether the dock moves, and is waited for rather than followed."""
+    return goal.estimate is not None and goal.estimate.moves and not config.goal_tracking.filter.moving
+
+
+def _motion(estimate: GoalEstimate) -> str:
+    assert estimate.velocity is not None
+    x, y, turn = estimate.velocity.tolist()
+    speed = hypot(x, y)
+    turning = f", turning by {degrees(turn):.1f} deg/s" if abs(turn) > _TURNING else ""
+    return f"the dock moves at {speed:.2f} m/s{turning}"
 
 
 def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pose2:

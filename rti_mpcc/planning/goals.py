@@ -219,12 +219,14 @@ class GoalTerms:
         detected: whether the goal has to be seen to be docked at; None: `GoalTracking.required`.
         approach: length [m] and direction, +1 or -1, of the straight end of a planned route; None:
             `RoutePlanner.final_straight`.
+        uncertainty: largest error of the planned goal in position [m] and heading [rad]; None: not known.
         keep_out: outlines [m] to keep out of before the straight end, until the goal is detected.
     """
 
     tolerance: tuple[float, float, float] | None = None
     detected: bool | None = None
     approach: tuple[float, int] | None = None
+    uncertainty: tuple[float, float] | None = None
     keep_out: tuple[Outline, ...] = ()
 
     def on(self, config: ControllerConfig) -> ControllerConfig:

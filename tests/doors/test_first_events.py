@@ -34,7 +34,7 @@ KINDS = (
 )
 BEFORE_A_CYCLE = {
     "estimation/charuco.py": {"cv2"},  # a detector is made
-    "estimation/goal_filter.py": {"filterpy.kalman"},  # a filter is made: with each controller
+    "estimation/track.py": {"filterpy.kalman"},  # a filter is made: with each controller
     "geometry/area.py": {"geometry.map_file"},  # a map is read
     "geometry/files.py": {"PIL", "yaml"},  # the same
     "geometry/interpolation.py": {"scipy.interpolate"},  # a path is drawn through points

@@ -25,6 +25,7 @@ from tests.estimation.detections import (
 )
 
 RATES = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+BURST_LENGTH = 1.0  # [s]
 JUMPS = [(rate, dropouts, moving) for rate in RATES for dropouts in (0.0, 0.6) for moving in (False, True)]
 """Rate of the detector [1/s], share of its drop-outs, filter for a goal that moves."""
 
@@ -96,7 +97,7 @@ def test_single_outliers_are_ignored(moving: bool) -> None:
 
 
 @pytest.mark.parametrize(("rate", "dropouts", "moving"), JUMPS)
-def test_a_jump_for_half_a_second_is_ignored(rate: float, dropouts: float, moving: bool) -> None:
+def test_a_jump_for_a_second_is_ignored(rate: float, dropouts: float, moving: bool) -> None:
     """Unless the goal was last seen so long ago that it is LOST before the jump is over.
 
     Then two detections that agree are all there is. At 5 Hz with 60 % drop-outs that is 2 % of the cases.
@@ -104,7 +105,7 @@ def test_a_jump_for_half_a_second_is_ignored(rate: float, dropouts: float, movin
     tried, begin = 0, before_a_jump(rate)
     for seed in seeds(rate):
         random = np.random.default_rng(seed)
-        times = kept(stamps(rate, 0.0, begin + 2.0), random, dropouts)
+        times = kept(stamps(rate, 0.0, begin + 2.5), random, dropouts)
         if not any(begin - 1.5 <= stamp < begin for stamp in times):
             continue
         tried += 1
@@ -113,41 +114,39 @@ def test_a_jump_for_half_a_second_is_ignored(rate: float, dropouts: float, movin
             measurement = seen(GOAL, stamp, random)
             for goal_filter in (clean, jumped):
                 goal_filter.predict(stamp)
-            if begin <= stamp < begin + 0.5:
+            if begin <= stamp < begin + BURST_LENGTH:
                 jumped.update(seen(shifted(GOAL, aside=2.0), stamp, random))
             else:
                 clean.update(measurement)
                 jumped.update(measurement)
             moved = off_by(jumped.estimate(stamp), pose(clean.estimate(stamp)))[0] if stamp >= begin else 0.0
             # Afterwards the two may have lost the goal, and begun afresh, at different times.
-            assert moved < (0.001 if stamp < begin + 0.5 or not dropouts else 0.1)
+            assert moved < (0.001 if stamp < begin + BURST_LENGTH or not dropouts else 0.1)
     assert tried >= 2
 
 
 @pytest.mark.parametrize(("rate", "dropouts", "moving"), JUMPS)
 def test_a_jump_for_good_is_followed(rate: float, dropouts: float, moving: bool) -> None:
-    """Within 1.5 s of the first detection there, if there is one more between 0.65 and 1.5 s after it.
+    """Within 2.5 s of the first detection there, if there is one more between 1.8 and 2.5 s after it.
 
-    With drop-outs of 60 % there is none with probability 0.6 ** n, n the detections due in that time: 60 %
-    at 1 Hz, 36 % at 2 Hz, 13 % at 5 Hz, 1 % at 10 Hz. No filter that waits for 0.65 s could help that.
-    Two detections of one place disagree in one of 1000 cases, which costs one more; on these seeds none do.
+    It waits for 1.8 s, so that a burst of false detections for a second is over by then.
     """
     tried, begin = 0, before_a_jump(rate)
     goal = shifted(GOAL, along=1.2, aside=-1.6)
     for seed in seeds(rate):
         random = np.random.default_rng(300 + seed)
-        times = kept(stamps(rate, 0.0, begin + 3.0), random, dropouts)
+        times = kept(stamps(rate, 0.0, begin + 4.0), random, dropouts)
         there = [stamp for stamp in times if stamp >= begin]
-        if not any(0.65 <= stamp - there[0] <= 1.5 for stamp in there):
+        if not any(1.8 <= stamp - there[0] <= 2.5 for stamp in there):
             continue
         tried += 1
         goal_filter = GoalPoseFilter(GoalFilterConfig(moving=moving))
         run = [seen(GOAL if stamp < begin else goal, stamp, random) for stamp in times]
         judged = [step for step in told(goal_filter, run) if step[0].stamp >= begin]
         ((found, estimate),) = [step for step in judged if step[0].outcome is Outcome.ACQUIRED]
-        assert found.stamp - there[0] <= 1.5
+        assert found.stamp - there[0] <= 2.5
         if not dropouts and rate >= 2.0:
-            assert 0.6 <= found.stamp - there[0] <= 1.2
+            assert 1.2 <= found.stamp - there[0] <= 2.3
         assert off_by(estimate, goal)[0] < 0.25
     assert tried >= 2
 

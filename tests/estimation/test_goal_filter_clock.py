@@ -24,7 +24,8 @@ NOT_A_TIME = (nan, inf, -inf, 1e11, -1e300)
 
 
 @pytest.mark.parametrize(
-    ("stamp", "reason"), [(1.19, "too old"), (-1e9, "too old"), (2.26, "ahead"), (1e9, "ahead")]
+    ("stamp", "reason"),
+    [(1.19, "older than `history`"), (-1e9, "older than `history`"), (2.26, "ahead"), (1e9, "ahead")],
 )
 def test_a_detection_from_the_future_or_the_distant_past_is_refused(stamp: float, reason: str) -> None:
     goal_filter = tracking()

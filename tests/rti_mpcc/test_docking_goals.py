@@ -95,7 +95,7 @@ def test_clearing_the_goal_clears_what_was_said_of_it() -> None:
 
 def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
     docking, planned = controller(), Pose2(LENGTH, 0.0, 0.0)
-    for k in range(20):
+    for k in range(45):
         seen = GoalMeasurement(stamp=0.05 * k, x=LENGTH, y=2.6, phi=0.0, vehicle=Pose2(0.0, 0.0, 0.0))
         command = docking.step(START, now=0.05 * k, goal=planned, measurements=[seen])
     assert command.diagnostics.aim == planned

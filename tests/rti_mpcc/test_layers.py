@@ -130,7 +130,7 @@ def test_imports_run_one_way() -> None:
     [
         ("matplotlib", r"rti_mpcc/report/.*"),
         ("osqp", r"rti_mpcc/qp/\w+\.py"),
-        ("filterpy", r"estimation/goal_filter\.py"),
+        ("filterpy", r"estimation/track\.py"),
         ("cv2", r"estimation/charuco\.py"),
     ],
 )
