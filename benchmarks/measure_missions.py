@@ -42,8 +42,8 @@ def main() -> None:
     with progress_bar("missions", "{task.completed:.0f} runs") as progress:
         driven = drive_all([*built_in, *missions, *out], jobs=options.jobs, progress=progress)
     first, last = len(built_in), len(built_in) + len(missions)
-    rows = [row("docking_mission", driven[:first]), row("drawn missions", driven[first:last])]
-    rows.append(row("drawn undockings", driven[last:]))
+    rows = [row("docking_mission", driven[:first]), row("random missions", driven[first:last])]
+    rows.append(row("random undockings", driven[last:]))
     wrong = [
         f"{outcome.case.scenario.name}: {outcome.figures['mission_result']}, expected {each.expected.value}"
         for outcome, each in zip(driven[first:last], drawn, strict=True)
@@ -58,7 +58,7 @@ def main() -> None:
         [
             told(origin(command(options))),
             table(header, rows),
-            f"{len(drawn) - len(wrong)} of {len(drawn)} drawn missions came to what was expected of them"
+            f"{len(drawn) - len(wrong)} of {len(drawn)} random missions had the expected result"
             + (f"; others: {'; '.join(wrong)}." if wrong else "."),
         ]
     )

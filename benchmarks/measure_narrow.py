@@ -97,7 +97,7 @@ def lanes(random: np.random.Generator) -> dict[str, Scenario]:
         "S-bend in a lane": scenario(
             [(1, 0.0, 6.0), (1, gentle, length), (1, -gentle, length), (1, 0.0, 6.0)], corridor
         ),
-        "the same in reverse": scenario(
+        "S-bend in reverse": scenario(
             [(-1, 0.0, 6.0), (-1, gentle, length), (-1, -gentle, length), (-1, 0.0, 6.0)], corridor
         ),
         "corner": scenario(
@@ -187,7 +187,7 @@ def main() -> None:
     asked = parser.parse_args()
     header = [
         "goal",
-        "room [m]",
+        "gap [m]",
         "docked",
         "touched",
         "least clearance [m]",

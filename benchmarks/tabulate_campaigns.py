@@ -32,7 +32,7 @@ HEADER = [
     "collisions",
     "least clearance [m]",
     "time to dock p50 / p95 [s]",
-    "refused results driven",
+    "rejected solutions driven",
     "cycles with fallback",
     "not docked, or collided",
 ]
@@ -69,7 +69,7 @@ def rides(columns: Sequence[dict[str, Any]]) -> str:
     header = ["p50 / p95 / p99 / most", *(", ".join(named(figures)) for figures in columns)]
     words = {
         "energy_ratio": "acceleration energy over the least",
-        "time_ratio": "time to dock over the one expected",
+        "time_ratio": "time to dock over the expected time",
     }
     rows = [
         [f"peak {in_words(name)} over comfort", *(several(each["comfort"][name]) for each in columns)]
