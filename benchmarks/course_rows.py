@@ -1,4 +1,4 @@
-"""Runs on drawn courses as rows of a table, and what they come to in sentences."""
+"""Runs on random courses as rows of a table, and their summary in sentences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a drawn ChArUco board gives the goal's pose: four ways from the same corners, over the range.
+"""Accuracy of the goal's pose from a rendered ChArUco board: four estimators on the same corners.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_camera [--exact]
 
@@ -75,7 +75,7 @@ def print_rows(distance: float, pictures: int, errors: Rows, nees: dict[str, lis
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="how well a drawn board gives the goal's pose")
+    parser = argparse.ArgumentParser(description="accuracy of the goal's pose from a rendered board")
     parser.add_argument("--pictures", type=int, default=200, help="at each range")
     parser.add_argument("--exact", action="store_true", help="the mounting is as it is believed to be")
     options = parser.parse_args()

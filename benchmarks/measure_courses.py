@@ -1,4 +1,4 @@
-"""Runs courses drawn from a seed and writes docs/courses.md and docs/courses/*.json.
+"""Runs the random courses of a seed and writes docs/courses.md and docs/courses/*.json.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_courses [--seed 1] [--count 24] [--presets default paper]
 

@@ -1,4 +1,4 @@
-"""How near a docking comes to the best: the whole of it off line, by IPOPT, beside the closed loop.
+"""Distance of a docking from the optimum: whole dockings offline, by IPOPT, against the closed loop.
 
     OMP_NUM_THREADS=1 python -m benchmarks.optimum [--seed 5150] [--count 50] [--jobs 2]
 

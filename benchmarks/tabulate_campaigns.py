@@ -86,7 +86,7 @@ def _at_limit(figures: dict[str, Any]) -> str:
 
 
 def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
-    """Cases, docked, collisions and median time to dock by each quantity that was drawn and varies."""
+    """Cases, docked, collisions and median time to dock by each random quantity that varies."""
     tables = {}
     for name in map(str, rows):
         values = rows[name]
@@ -106,7 +106,7 @@ def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", type=Path, nargs="+")
-    parser.add_argument("--difficulty", action="store_true", help="only print tables by what was drawn")
+    parser.add_argument("--difficulty", action="store_true", help="only print tables by each random quantity")
     asked = parser.parse_args()
     if asked.difficulty:
         for folder in asked.folders:

@@ -53,8 +53,9 @@ def add_scenario(parser: argparse.ArgumentParser, name: str = "scenario", **opti
 
 def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
     """`--method METHOD` and `--preset PRESET`."""
-    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: dynamic")
-    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: default")
+    method, preset = "method of the objective; default: dynamic", "preset of all settings; default: default"
+    parser.add_argument("--method", choices=METHODS, default="dynamic", help=method)
+    parser.add_argument("--preset", choices=PRESETS, default="default", help=preset)
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
