@@ -17,6 +17,7 @@ from typing import get_args
 
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
+from benchmarks.tables import command_line
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import non_negative
 from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
@@ -26,11 +27,7 @@ from rti_mpcc.simulation.scenario import PRESETS
 
 
 def parser() -> argparse.ArgumentParser:
-    asked = argparse.ArgumentParser(
-        prog="python -m benchmarks.campaign",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    asked = command_line(__doc__, "python -m benchmarks.campaign")
     add_campaign_options(asked)
     levels = "|".join(level.value for level in Level)
     asked.add_argument(

@@ -9,20 +9,18 @@ cases that all of them dock. Prints a table, and how the times to dock compare w
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
+from functools import reduce
 from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
+import pandas as pd
 
-from benchmarks.tables import number, table
+from benchmarks.tables import command_line, number, table
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign import read_rows
-from rti_mpcc.simulation.campaign_row import CaseOutcome
-from rti_mpcc.types import Array
+from rti_mpcc.report.campaign import read_table
 
 HEADER = [
     "level and seed, version",
@@ -40,23 +38,11 @@ LONGER = (0.9, 1.1)
 
 
 class Driven(NamedTuple):
-    """A campaign: the version that drove it, its level and seed, the rows by the number of the case, and
-    whether they are scenes without a path."""
+    """A campaign: the version that drove it, what it is of, and its table, see `read_table`."""
 
     version: str
-    level: str
-    seed: int
-    rows: dict[int, Any]
-    scenes: bool = False
-
-    @property
-    def of(self) -> str:
-        """What has to be the same of campaigns that are compared."""
-        return f"{'scenes, ' if self.scenes else ''}{self.level} of {self.seed}"
-
-    def among(self, cases: set[int]) -> Driven:
-        """The same with these cases only."""
-        return self._replace(rows={case: self.rows[case] for case in sorted(cases)})
+    of: str
+    rows: pd.DataFrame
 
 
 def read(named: str) -> Driven:
@@ -65,66 +51,58 @@ def read(named: str) -> Driven:
     if not found:
         raise InputError(f"{named}: must be VERSION=FOLDER")
     settings = json.loads((Path(folder) / "report.json").read_text(encoding="utf-8"))["settings"]
-    rows = {row["index"]: row for row in read_rows(Path(folder)) if row["figures"] is not None}
-    return Driven(version, settings["level"], settings["seed"], rows, settings["problems"] == "scenes")
+    scenes = "scenes, " if settings["problems"] == "scenes" else ""
+    rows = read_table(Path(folder))
+    driven = rows[rows["peak.acceleration"].notna()]  # to its end
+    return Driven(version, f"{scenes}{settings['level']} of {settings['seed']}", driven)
 
 
 def side_by_side(campaigns: Sequence[Driven]) -> list[list[Driven]]:
     """Those of one level and seed together, with the cases that all of them have."""
-    groups = [
-        list(group) for _, group in groupby(sorted(campaigns, key=lambda each: each.of), lambda d: d.of)
-    ]
-    return [
-        [each.among(set.intersection(*(set(d.rows) for d in group))) for each in group] for group in groups
-    ]
+    found = []
+    for _, group in groupby(sorted(campaigns, key=lambda each: each.of), lambda each: each.of):
+        own = list(group)
+        common = reduce(pd.Index.intersection, (each.rows.index for each in own))
+        found.append([each._replace(rows=each.rows.loc[common]) for each in own])
+    return found
 
 
-def docked(row: Any) -> bool:
-    return CaseOutcome(row["outcome"]) is CaseOutcome.DOCKED
+def docked_by_all(group: Sequence[Driven]) -> pd.Series[bool]:
+    """Whether all campaigns of the same cases dock a case."""
+    return pd.concat([each.rows["docked"] for each in group], axis=1).all(axis=1)
 
 
 def line(driven: Driven, group: Sequence[Driven]) -> list[str]:
     """Of the table, for one of a group of the same cases."""
-    rows = list(driven.rows.values())
-    good = [row["figures"] for case, row in driven.rows.items() if all(docked(d.rows[case]) for d in group)]
-    peaks = [each["peak"]["acceleration"] / each["comfort"]["acceleration"] for each in good]
-    # How long a way takes that is planned only then is not known before.
-    known = [each for each in good if each["expected_time_s"] is not None]
-    times = [each["time_to_dock_s"] / each["expected_time_s"] for each in known]
-    energy = {name: sum(each["energy_to_dock"][name] for each in good) for name in good[0]["energy_to_dock"]}
+    rows, good = driven.rows, driven.rows[docked_by_all(group)]
+    energies = [good[f"figures.energy_to_dock.{name}"].sum() for name in ("acceleration", "steering_rate")]
     return [
         f"{driven.of}, {driven.version}",
         f"{len(rows):,}",
-        f"{sum(map(docked, rows)):,}",
-        number(min(row["figures"]["min_clearance_m"] for row in rows), 3),
-        _spread(peaks),
-        _spread(times) if times else "–",
-        number(energy["acceleration"], 1),
-        number(energy["steering_rate"], 1),
-        ", ".join(str(case) for case, row in driven.rows.items() if not docked(row)) or "–",
+        f"{rows['docked'].sum():,}",
+        number(rows["min_clearance_m"].min(), 3),
+        _spread(good["over_comfort.acceleration"]),
+        _spread(good["time_ratio"]),
+        *(number(each, 1) for each in energies),
+        ", ".join(map(str, rows.index[~rows["docked"]])) or "–",
     ]
 
 
-def _spread(values: Sequence[float]) -> str:
-    return ", ".join(number(float(each), 2) for each in (*np.percentile(values, (50, 95)), max(values)))
-
-
-def times_of(first: Driven, other: Driven) -> Array:
-    """Times to dock of the cases (n,) that both dock, over those of the first."""
-    pairs = [(first.rows[case], row) for case, row in other.rows.items()]
-    both = [[each["figures"]["time_to_dock_s"] for each in pair] for pair in pairs if all(map(docked, pair))]
-    found: Array = np.array([after / before for before, after in both])
-    return found
+def _spread(values: pd.Series[float]) -> str:
+    """Of what is known: how long a way takes that is planned only then is not known before."""
+    known = values.dropna()
+    return ", ".join(number(known.quantile(share), 2) for share in (0.5, 0.95, 1.0)) if len(known) else "–"
 
 
 def sentence(first: Driven, other: Driven) -> str:
-    """How the times to dock compare."""
-    ratios, (shorter, longer) = times_of(first, other), LONGER
+    """How the times to dock of the cases that both dock compare."""
+    both, (shorter, longer) = docked_by_all((first, other)), LONGER
+    ratios = (other.rows["time_to_dock"] / first.rows["time_to_dock"])[both]
     return (
         f"- {first.of}: of {len(ratios):,} cases that both dock, {other.version} takes "
-        f"{number(float(np.median(ratios)), 3)} times as long as {first.version} (median; mean "
-        f"{number(float(ratios.mean()), 3)}), in {int((ratios > longer).sum())} more than {longer}, "
-        f"in {int((ratios < shorter).sum())} less than {shorter} times as long."
+        f"{number(ratios.median(), 3)} times as long as {first.version} (median; mean "
+        f"{number(ratios.mean(), 3)}), in {(ratios > longer).sum()} more than {longer}, "
+        f"in {(ratios < shorter).sum()} less than {shorter} times as long."
     )
 
 
@@ -137,7 +115,7 @@ def text(campaigns: Sequence[Driven]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.compare_campaigns")
     parser.add_argument("campaigns", nargs="+", metavar="VERSION=FOLDER")
     asked = parser.parse_args()
     try:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tables import ROOT, table
+from benchmarks.tables import ROOT, command_line, table
 from rti_mpcc.simulation import builtin_names
 from rti_mpcc.simulation.batch import THREADS
 from rti_mpcc.types import Array
@@ -32,7 +32,7 @@ DRIVE = Path(__file__).with_name("timed_drive.py")
 
 
 def parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.compare_speed")
     parser.add_argument("commit", nargs="?", default="HEAD~1")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--scenarios", nargs="+", choices=builtin_names(), default=SCENARIOS)

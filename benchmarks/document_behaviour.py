@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.tables import ROOT, replace_block
+from benchmarks.tables import ROOT, command_line, replace_block
 from rti_mpcc.behaviour.transitions import Event
 from rti_mpcc.planning.state import Phase
 from rti_mpcc.types import Reason
@@ -68,4 +68,5 @@ def _found_by(row: Event) -> str:
 
 
 if __name__ == "__main__":
+    command_line(__doc__, "python -m benchmarks.document_behaviour").parse_args()
     write()

@@ -1,4 +1,4 @@
-"""Pure functions on measured values: distributions, growth, targets and whether they were met."""
+"""Pure functions on measured values: distributions, targets and whether they were met."""
 
 from __future__ import annotations
 
@@ -37,19 +37,11 @@ def distribution_row(name: str, found: Distribution, digits: int = 2) -> list[st
     return [name, *(number(value, digits) for value in values), str(found.count)]
 
 
-def ratio_row(name: str, found: Distribution, yardstick: float, digits: int = 2) -> list[str]:
+def ratio_row(name: str, found: Distribution, yardstick: float) -> list[str]:
     """As `distribution_row`, with p50, p95 and p99 as multiples of the yardstick behind the times."""
     values = (found.p50, found.p95, found.p99)
-    row = distribution_row(name, found, digits)
+    row = distribution_row(name, found)
     return [*row, *(number(value / yardstick, 2) for value in values)]
-
-
-def growth_exponent(sizes: ArrayLike, costs: ArrayLike) -> float:
-    """Slope of log(cost) over log(size) by least squares: 0 does not grow, 1 grows linearly."""
-    x, y = np.log(np.asarray(sizes, dtype=np.float64)), np.log(np.asarray(costs, dtype=np.float64))
-    if x.size != y.size or x.size < 2:
-        raise ValueError(f"{x.size} sizes and {y.size} costs: needs two or more pairs")
-    return float(np.polyfit(x, y, 1)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,12 +7,12 @@ The camera's mounting is off by chance, as its tolerances say (--exact: not at a
 
 from __future__ import annotations
 
-import argparse
 from math import degrees
 
 import cv2
 import numpy as np
 
+from benchmarks.tables import command_line
 from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
 from estimation.camera import turn
 from estimation.charuco import opencv_board
@@ -75,7 +75,7 @@ def print_rows(distance: float, pictures: int, errors: Rows, nees: dict[str, lis
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="accuracy of the goal's pose from a rendered board")
+    parser = command_line(__doc__, "python -m benchmarks.measure_camera")
     parser.add_argument("--pictures", type=int, default=200, help="at each range")
     parser.add_argument("--exact", action="store_true", help="the mounting is as it is believed to be")
     options = parser.parse_args()

@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
-from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
+from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
 from rti_mpcc.simulation import Scenario, save_scenario, simulate, summary
 
 RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
@@ -29,7 +29,7 @@ def measure(course: Scenario, preset: str) -> dict[str, Any]:
 
 
 def parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.measure_courses")
     parser.add_argument("--within", choices=RANGES, default="course")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=24)

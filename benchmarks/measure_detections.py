@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from benchmarks.tables import ROOT, command_line, number, origin, write_json, write_table
 from estimation import GoalFilterConfig
 from rti_mpcc import ControllerConfig, DockingController, GoalTracking
 from rti_mpcc.simulation import GoalSource, builtin_names, load_scenario, simulate, summary
@@ -84,6 +84,7 @@ def row(first: str, second: str, runs: list[dict[str, Any]]) -> list[str]:
 
 
 def main() -> None:
+    command_line(__doc__, COMMAND).parse_args()
     source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     scenarios = [name for name in builtin_names() if load_scenario(name).goal.measurement is not None]
     runs = []
@@ -104,7 +105,7 @@ def main() -> None:
         for name in scenarios
         for known in (GoalSource.KNOWN, GoalSource.DETECTED, GoalSource.RAW)
     ]
-    replace_block(ROOT / "docs" / "results.md", "detections", f"{table(header, rows)}\n\n{told(source)}")
+    write_table(ROOT / "docs" / "results.md", "detections", header, rows, source)
     header[1] = "filter"
     rows = [
         row(name, part, [r for r in undone if (r["scenario"], r["part"]) == (name, part)])
@@ -112,7 +113,7 @@ def main() -> None:
         for part in PARTS
     ]
     page = ROOT / "docs" / "decisions" / "16-goal-filter.md"
-    replace_block(page, "filter_parts", f"{table(header, rows)}\n\n{told(source)}")
+    write_table(page, "filter_parts", header, rows, source)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,16 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.problems.variants import mirrored, moved, turned_round
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from benchmarks.tables import (
+    ROOT,
+    command_line,
+    number,
+    origin,
+    replace_block,
+    table,
+    write_json,
+    write_table,
+)
 from benchmarks.variations import VARIATIONS, Variation
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, DockingController
@@ -174,6 +183,7 @@ def rows(runs: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def main() -> None:
+    command_line(__doc__, COMMAND).parse_args()
     source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     runs = []
     for variation in VARIATIONS:
@@ -189,7 +199,7 @@ def main() -> None:
     header += ["iterations, first cycle", "change of δ̇ a cycle, rms [rad/s]"]
     for page, letters in PAGES.items():
         own = [each for each in runs if each["letter"] in letters]
-        replace_block(DECISIONS / page, "deviations", f"{table(header, rows(own))}\n\n{told(source)}")
+        write_table(DECISIONS / page, "deviations", header, rows(own), source)
     distances = [[case, f"{distance:.1e}"] for case, distance in same.items()]
     header = ["docking_behind", "largest distance [m]"]
     replace_block(DECISIONS / "08-signed-distance.md", "invariance", table(header, distances))

@@ -12,7 +12,7 @@ from typing import get_args
 
 import numpy as np
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, write_table
 from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.sections.faults import SIZES, FaultSection, Kind
 from rti_mpcc.types import Source
@@ -76,6 +76,7 @@ def row(result: RunResult, usual: float | None) -> list[str]:
 
 
 def main() -> None:
+    command_line(__doc__, COMMAND).parse_args()
     source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     usual = summary(simulate(load_scenario(SCENARIO)))["time_to_dock_s"]
     rows = []
@@ -84,7 +85,7 @@ def main() -> None:
         print(*rows[-1], sep=" | ")
     header = ["fault", "size", "from, to [s]", "statuses", "first reason", "stood [s]"]
     header += ["clearance [m]", "docked [s]", "without the fault [s]"]
-    replace_block(ROOT / "docs" / "faults.md", "faults", f"{table(header, rows)}\n\n{told(source)}")
+    write_table(ROOT / "docs" / "faults.md", "faults", header, rows, source)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.problems.missions import drawn_mission, drawn_undocking
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from rti_mpcc.report.console import progress_bar
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive_all
@@ -28,7 +28,7 @@ _NO_CASES = ["-"] * 9
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="drive whole missions")
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument(
         "--count", type=int, default=100, help="number of random missions; default: %(default)s"
     )

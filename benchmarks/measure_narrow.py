@@ -11,7 +11,6 @@ writes them into docs/performance.md.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
 from time import process_time
 from typing import Any
@@ -21,7 +20,7 @@ from rich.progress import track
 
 from benchmarks.problems.case import CampaignCase
 from benchmarks.problems.levels import Level
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import RunResult, Scenario, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.campaign import drive_case
@@ -180,7 +179,7 @@ def throughput(cases: int, seed: int) -> list[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--draws", type=int, default=10, help="of each kind; default: %(default)s")
     parser.add_argument("--seed", type=int, default=1, help="random seed; default: %(default)s")
     parser.add_argument("--docs", action="store_true", help="write docs/performance.md")

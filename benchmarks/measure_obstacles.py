@@ -7,12 +7,11 @@ The plant and the judge are those of the tests, not the product's.
 
 from __future__ import annotations
 
-import argparse
 from math import radians
 
 import numpy as np
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.simulation import load_scenario
@@ -98,7 +97,7 @@ def slopes() -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser()
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--walkers", type=int, default=20, metavar="N", help="people for each plant")
     count = parser.parse_args().walkers
     source = origin(COMMAND if count == 20 else f"{COMMAND} --walkers {count}")

@@ -9,7 +9,6 @@ are loaded.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,7 +17,7 @@ from time import process_time
 import numpy as np
 
 from benchmarks.problems.scenes import KINDS, drawn_scene
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, Manoeuvre
 from rti_mpcc.route_planner.planner import RoutePlanning
@@ -129,7 +128,7 @@ def milliseconds(seconds: Iterable[float]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--count", type=int, default=40, help="scenes of each kind; default: %(default)s")
     parser.add_argument("--seed", type=int, default=99, help="of the scenes; default: %(default)s")
     given = parser.parse_args()

@@ -12,7 +12,17 @@ from math import degrees
 from typing import Any
 
 from benchmarks.reproduction.published import published
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from benchmarks.tables import (
+    ROOT,
+    command_line,
+    number,
+    origin,
+    replace_block,
+    table,
+    told,
+    write_json,
+    write_table,
+)
 from rti_mpcc import ControllerConfig
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
 from rti_mpcc.planning.arrival import LEAST_TIME
@@ -145,6 +155,7 @@ def constant_rows() -> list[list[str]]:
 
 
 def main() -> None:
+    command_line(__doc__, COMMAND).parse_args()
     source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     runs = []
     for preset in ("default", "paper", "paper_printed"):
@@ -164,7 +175,7 @@ def main() -> None:
     header = ["scenario", "docked", "to tolerance [s]", "longitudinal [m]", "lateral [m]", "heading [deg]"]
     header += ["unsolved QPs", "ended", "most frequent statuses (cycles)"]
     page = ROOT / "docs" / "decisions" / "07-paper-presets.md"
-    replace_block(page, "paper_printed", f"{table(header, printed_rows(runs))}\n\n{told(source)}")
+    write_table(page, "paper_printed", header, printed_rows(runs), source)
 
 
 if __name__ == "__main__":

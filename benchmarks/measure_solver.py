@@ -9,7 +9,6 @@ Prints the table and, with `--docs`, writes it into docs/decisions/04-solver-set
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -21,7 +20,7 @@ import osqp
 from rich.progress import track
 from scipy import sparse
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
@@ -169,7 +168,7 @@ def rows(problems: list[Recorded]) -> list[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--docs", action="store_true", help="write docs/decisions/04-solver-settings.md")
     asked = parser.parse_args()
     problems = recorded(SCENARIOS, EVERY)

@@ -20,9 +20,9 @@ from typing import Any
 from benchmarks.figures import Target, target_table
 from benchmarks.measured import QUICK, Extent, Measured, measure
 from benchmarks.performance_picture import draw
-from benchmarks.speed_tables import PAGE, blocks, numbers
+from benchmarks.speed_tables import blocks, numbers
 from benchmarks.speed_targets import targets
-from benchmarks.tables import ROOT, origin, replace_block, told, write_json
+from benchmarks.tables import ROOT, command_line, origin, replace_block, told, write_json
 from rti_mpcc.simulation import builtin_names
 
 COMMAND = "python -m benchmarks.measure_speed"
@@ -30,9 +30,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--quick", action="store_true", help="try out all of it on a little of the workload")
     parser.add_argument("--docs", action="store_true", help="write docs/performance.md and its picture")
     parser.add_argument(
@@ -70,9 +68,8 @@ def written(found: Measured, judged: list[Target], asked: argparse.Namespace, so
     draw(found.sweeps, found.sweep_yardstick.p50, ROOT / "docs" / "pictures" / "performance.png")
     document = ROOT / "docs" / "performance.md"
     replace_block(document, "targets", f"{target_table(judged)}\n\n{told(source)}")
-    tables = blocks(found)
-    for name in PAGE:
-        replace_block(document, name, tables[name])
+    for name, text in blocks(found).items():
+        replace_block(document, name, text)
 
 
 def main() -> int:

@@ -29,7 +29,7 @@ class Extent:
 
     Attributes:
         scenarios: driven; cycles: of each at most, None for all.
-        rounds: with garbage collection, besides the first one, and as many but one without.
+        rounds: besides the first one.
         passes: of the sweeps; quick: only the ends of each series.
         processes: started for each figure of import and memory.
         presets: driven in closed loop.
@@ -53,7 +53,7 @@ class Measured:
 
     Attributes:
         drives: the workload.
-        warm_up: the first round; plain: rounds with garbage collection, uncollected: without.
+        warm_up: the first round; plain: the others.
         phases, counts: of the instrumented round.
         yardstick: measured between the drives of the rounds; sweep_yardstick: between the sweeps.
         sweeps: all variants.
@@ -65,7 +65,6 @@ class Measured:
     drives: list[Drive]
     warm_up: Rounds
     plain: Rounds
-    uncollected: Rounds
     phases: PhaseTimes
     counts: SolverCounts
     yardstick: Yardstick
@@ -103,7 +102,7 @@ def measure(extent: Extent) -> Measured:
     drives = [record(name, extent.cycles) for name in extent.scenarios]
     stages.begin("timing cycles")
     yardstick = Yardstick(problems=problems)
-    warm_up, plain, uncollected = timed(drives, extent.rounds, yardstick)
+    warm_up, plain = timed(drives, extent.rounds, yardstick)
     stages.begin("timing phases")
     phases, counts = phase_round(drives)
     stages.begin("sweeps")
@@ -123,7 +122,6 @@ def measure(extent: Extent) -> Measured:
         drives=drives,
         warm_up=warm_up,
         plain=plain,
-        uncollected=uncollected,
         phases=phases,
         counts=counts,
         yardstick=yardstick,
@@ -137,20 +135,13 @@ def measure(extent: Extent) -> Measured:
     )
 
 
-def timed(drives: list[Drive], rounds: int, yardstick: Yardstick) -> tuple[Rounds, Rounds, Rounds]:
-    """The first round, those with garbage collection and those without, in turn."""
+def timed(drives: list[Drive], rounds: int, yardstick: Yardstick) -> tuple[Rounds, Rounds]:
+    """The first round, and the others."""
     yardstick.measure(osqp_too=True)
 
-    def once(collect: bool) -> Array:
-        return timed_round(drives, collect=collect, between=lambda: yardstick.measure(osqp_too=True))
+    def once() -> Array:
+        return timed_round(drives, lambda: yardstick.measure(osqp_too=True))
 
-    warm_up = [once(True)]
-    collected: list[Array] = []
-    uncollected: list[Array] = []
-    for _ in range(rounds):
-        collected.append(once(True))
-        if len(uncollected) < max(rounds - 1, 1):
-            uncollected.append(once(False))
     number = first_cycles(drives)
-    found = [Rounds(values=np.stack(one), number=number) for one in (warm_up, collected, uncollected)]
-    return found[0], found[1], found[2]
+    values = np.stack([once() for _ in range(1 + rounds)])
+    return Rounds(values=values[:1], number=number), Rounds(values=values[1:], number=number)

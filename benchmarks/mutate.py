@@ -10,7 +10,6 @@ survived, 2 an edit has no place in the code any more.
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import shutil
@@ -24,7 +23,7 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from benchmarks.tables import ROOT
+from benchmarks.tables import ROOT, command_line
 from rti_mpcc.simulation.batch import THREADS
 
 FILE = Path(__file__).with_name("mutations.toml")
@@ -99,7 +98,7 @@ def edited(edit: Edit, tree: Path) -> Path:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.mutate")
     parser.add_argument("--only", metavar="WORDS", default="", help="only edits with WORDS in them")
     parser.add_argument("--all", action="store_true", help="run the whole fast suite for survivors")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of processes (default: 2)")

@@ -19,7 +19,6 @@ that to the dock less the dead time, in which nothing can move.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -31,7 +30,7 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.problems.courses import drawn_course
-from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
+from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons, clearances
@@ -323,7 +322,7 @@ def page_text(runs: Sequence[dict[str, Any]], source: str) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.optimum")
     parser.add_argument("--seed", type=int, default=5150)
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--jobs", type=int, default=2)

@@ -1,10 +1,8 @@
-"""Rounds through the workload: times of every cycle, with and without garbage collection, and by phase."""
+"""Rounds through the workload: times of every cycle, and by phase."""
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -16,9 +14,9 @@ from benchmarks.workload import Drive, check_same, feed, step
 from rti_mpcc import DockingController, prepare_process
 from rti_mpcc.types import Array, Command
 
-COLUMNS = ("step_ms", "prepare_ms", "feedback_ms", "solve_ms", "iterations", "collections")
+COLUMNS = ("step_ms", "prepare_ms", "feedback_ms", "solve_ms", "iterations")
 """What a round holds of every cycle: time of step() as its caller sees it, of the two phases and of OSQP's
-solve as the controller takes them, OSQP's iterations, and how many garbage collections there were."""
+solve as the controller takes them, and OSQP's iterations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,52 +44,25 @@ class Rounds:
         return values
 
 
-@contextmanager
-def collecting(enabled: bool) -> Iterator[Callable[[], int]]:
-    """Garbage collection on or off, in a process that is prepared as a user's is. Yields a function that
-    counts the collections so far. The controller must exist before.
-    """
-    count, was_on = 0, gc.isenabled()
-
-    def note(phase: str, _: dict[str, int]) -> None:
-        nonlocal count
-        count += phase == "start"
-
-    prepare_process()
-    gc.callbacks.append(note)
-    (gc.enable if enabled else gc.disable)()
-    try:
-        yield lambda: count
-    finally:
-        gc.callbacks.remove(note)
-        (gc.enable if was_on else gc.disable)()
-
-
-def timed_round(
-    drives: Sequence[Drive], *, collect: bool, between: Callable[[], None] = lambda: None
-) -> Array:
+def timed_round(drives: Sequence[Drive], between: Callable[[], None] = lambda: None) -> Array:
     """(cycles, columns) of one round, fresh controllers; `between` is called after each drive."""
     rows: list[Array] = []
     for drive in drives:
         controller = drive.controller()
-        with collecting(collect) as collections:
-            rows.append(_timed_drive(drive, controller, collections))
+        prepare_process()  # as a user's is, once the controller exists
+        rows.append(_timed_drive(drive, controller))
         between()
     return np.concatenate(rows)
 
 
-def _timed_drive(drive: Drive, controller: DockingController, collections: Callable[[], int]) -> Array:
+def _timed_drive(drive: Drive, controller: DockingController) -> Array:
     rows = np.empty((len(drive.cycles), len(COLUMNS)))
     for number, (inputs, decided) in enumerate(drive.cycles):
-        before = collections()
         begun = perf_counter()
         command = step(controller, inputs, decided)
         took = perf_counter() - begun
         seen = command.diagnostics
-        rows[number] = (
-            *(1e3 * took, seen.prepare_ms, seen.feedback_ms, seen.solve_ms, seen.iterations),
-            collections() - before,
-        )
+        rows[number] = 1e3 * took, seen.prepare_ms, seen.feedback_ms, seen.solve_ms, seen.iterations
         check_same(drive, number, command)
     return rows
 
@@ -132,7 +103,7 @@ def phase_round(drives: Sequence[Drive]) -> tuple[PhaseTimes, SolverCounts]:
         for drive in drives:
             controller = drive.controller()
             watches.read()
-            with collecting(True):
-                feed(drive, note, controller)
+            prepare_process()
+            feed(drive, note, controller)
     counts.check()
     return PhaseTimes(phases_ms=1e3 * np.array(rows), number=np.array(numbers)), counts

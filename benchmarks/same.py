@@ -14,7 +14,6 @@ A name that was changed on purpose goes into RENAMED. Exit status: 0 all the sam
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import subprocess
@@ -35,7 +34,7 @@ from rich.progress import track
 from benchmarks.compare_speed import files_of
 from benchmarks.same_drive import PARTS
 from benchmarks.same_list import RUNS, Run
-from benchmarks.tables import ROOT
+from benchmarks.tables import ROOT, command_line
 from rti_mpcc.simulation.batch import THREADS
 
 RENAMED: Mapping[str, str] = {"STANDS_AT_STAGING_POSE": "STANDS_AT_CUSP"}
@@ -200,7 +199,7 @@ def compare(base: str, runs: Sequence[Run], jobs: int, keep: Path | None) -> int
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, "python -m benchmarks.same")
     parser.add_argument("base", nargs="?", metavar="BASE", help="commit to compare with")
     parser.add_argument("--only", metavar="NAME", default="", help="only runs with NAME in their names")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of processes (default: 2)")

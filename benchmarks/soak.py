@@ -10,7 +10,6 @@ runs/soak.json; exit status 1 if memory grew by more than 2 % after the first te
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections import Counter
@@ -26,7 +25,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.tables import ROOT, origin, write_json
+from benchmarks.tables import ROOT, command_line, origin, write_json
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState
@@ -188,7 +187,7 @@ def show(found: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__.splitlines()[0] if __doc__ else None)
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("--cycles", type=int, default=100_000, metavar="N", help="default: %(default)s")
     cycles = parser.parse_args().cycles
     source = origin(f"{COMMAND} --cycles {cycles}")

@@ -8,20 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.figures import Distribution, distribution, distribution_row, growth_exponent, ratio_row
+from benchmarks.figures import Distribution, distribution, distribution_row, ratio_row
 from benchmarks.ledger import KINDS, Entry
 from benchmarks.measured import Measured
-from benchmarks.sweeps import series
 from benchmarks.tables import number, table
 from rti_mpcc.types import Array
 
 PERCENTILES = ["p50", "p95", "p99", "max", "count"]
 RATIOS = ["p50 / yardstick", "p95 / yardstick", "p99 / yardstick"]
-SERIES = ("stages", "path length", "boundary points")
-
-
-PAGE = ("cycles", "phases", "ledger")
-"""Those of `blocks` that docs/performance.md shows."""
 _IN_TABLE = (
     "cycle",
     "cycle in which a QP is solved",
@@ -34,19 +28,8 @@ _IN_TABLE = (
 
 
 def blocks(found: Measured) -> dict[str, str]:
-    """Name of the table -> its text, but for the targets."""
-    return {
-        "yardstick": _yardstick(found),
-        "workload": _workload(found),
-        "cycles": _cycles(found),
-        "garbage": _garbage(found),
-        "phases": _phases(found),
-        "solver": _solver(found),
-        "ledger": _ledger(found),
-        "closed_loop": _closed_loop(found),
-        "sweeps": _sweeps(found),
-        "standing": _standing(found),
-    }
+    """Name of a table of docs/performance.md -> its text, but for the targets."""
+    return {"cycles": _cycles(found), "phases": _phases(found), "ledger": _ledger(found)}
 
 
 def timed_rows(found: Measured) -> dict[str, Distribution]:
@@ -66,20 +49,6 @@ def timed_rows(found: Measured) -> dict[str, Distribution]:
         "first cycle of a drive, first round": distribution(found.warm_up.of("step_ms", first=True)),
         "cycle while it was recorded": distribution(np.concatenate([d.first_ms[1:] for d in found.drives])),
     }
-
-
-def garbage_rows(found: Measured) -> dict[str, Distribution]:
-    """Times of cycles [ms] with garbage collection, without, and of those in which it ran."""
-    collected = found.plain.of("collections") > 0.0
-    times = found.plain.of("step_ms")
-    rows = {
-        "collection on": distribution(times),
-        "collection off": distribution(found.uncollected.of("step_ms")),
-        "on, cycles without a collection": distribution(times[~collected]),
-    }
-    if collected.any():
-        rows["on, cycles with a collection"] = distribution(times[collected])
-    return rows
 
 
 def phase_rows(found: Measured) -> dict[str, Distribution]:
@@ -112,52 +81,12 @@ def reference_spread(found: Measured) -> Array:
     return np.array([entry.spread for entry in found.entries if np.isfinite(entry.spread)])
 
 
-def _yardstick(found: Measured) -> str:
-    rows = []
-    for name, one in (("rounds", found.yardstick), ("sweeps", found.sweep_yardstick)):
-        low, high = one.steadiness
-        rows.append(
-            [
-                f"between the {name}",
-                number(one.p50, 3),
-                f"{number(low, 3)} to {number(high, 3)}",
-                number(float(np.median(np.concatenate(one.setup_ms))), 3),
-                number(float(np.median(one.iterations)), 0),
-                str(len(one.solve_ms)),
-            ]
-        )
-    header = [
-        "PIQP to 1e-6",
-        "p50 of a solve [ms]",
-        "p50 of each pass [ms]",
-        "set-up [ms]",
-        "iterations",
-        "passes",
-    ]
-    one = found.yardstick
-    other = [ratio_row("OSQP, default settings: solve [ms]", distribution(one.osqp_solve_ms), one.p50)]
-    other.append(ratio_row("its update of all numbers [ms]", distribution(one.osqp_update_ms), one.p50))
-    other.append([*distribution_row("its iterations", distribution(one.osqp_iterations), 0), "–", "–", "–"])
-    return f"{table(header, rows)}\n\n{table(['the same QPs', *PERCENTILES, *RATIOS], other)}"
-
-
-def _workload(found: Measured) -> str:
-    rows = [[drive.name, str(len(drive.cycles))] for drive in found.drives]
-    total = sum(len(drive.cycles) for drive in found.drives)
-    return table(["scenario", "cycles"], [*rows, ["all", str(total)]])
-
-
 def _cycles(found: Measured) -> str:
     yardstick = found.yardstick.p50
     timed = timed_rows(found)
     rows = [ratio_row(name, timed[name], yardstick) for name in _IN_TABLE]
     iterations = distribution_row("OSQP's iterations", distribution(found.plain.solving("iterations")), 0)
     return table(["time [ms]", *PERCENTILES, *RATIOS], [*rows, [*iterations, "–", "–", "–"]])
-
-
-def _garbage(found: Measured) -> str:
-    rows = [ratio_row(name, one, found.yardstick.p50) for name, one in garbage_rows(found).items()]
-    return table(["cycle [ms]", *PERCENTILES, *RATIOS], rows)
 
 
 def _phases(found: Measured) -> str:
@@ -171,21 +100,6 @@ def _phases(found: Measured) -> str:
         f"{table(['exclusive time [ms]', 'p50', 'p95', 'max', 'p50 / yardstick'], lines)}\n\n"
         f"With the stop watches p50 of a cycle is {number(rows['total'].p50 / plain, 2)} times that without."
     )
-
-
-def _solver(found: Measured) -> str:
-    counts = found.counts
-    often = np.array(counts.refactorisations)
-    rows = [
-        ["feedback phases", str(often.size)],
-        ["updates of numbers in P or A", str(counts.matrix_updates)],
-        ["of them after the measurement", str(counts.late_matrix_updates)],
-        ["refactorisations by adaptive rho within the solves", str(int(often.sum()))],
-        ["feedback phases with one or more", f"{number(100.0 * float((often > 0).mean()), 1)} %"],
-        ["most in one feedback phase", str(int(often.max()))],
-        ["OSQP's iterations", str(sum(counts.iterations))],
-    ]
-    return table(["in one round", "number"], rows)
 
 
 def _ledger(found: Measured) -> str:
@@ -207,73 +121,6 @@ def _ledger(found: Measured) -> str:
     )
 
 
-def _closed_loop(found: Measured) -> str:
-    header = ["scenario", "preset", "T [s]", "tight", "apart [%]", "clearance [m]", "tight", "apart [m]"]
-    header += ["iterations p50", "tight", "without a plan", "tight"]
-    rows = []
-    for run in found.loops:
-        shipped, tight = run["shipped"], run["tight"]
-        time = [number(one["time_to_tolerance_s"], 2) for one in (shipped, tight)]
-        clearance = [number(one["min_clearance_m"], 3) for one in (shipped, tight)]
-        counts = [
-            number(run[name][kind], 0)
-            for name in ("iterations_p50", "failures")
-            for kind in ("shipped", "tight")
-        ]
-        apart = number(100.0 * run["time_apart"], 2), number(run["clearance_apart_m"], 3)
-        rows.append([run["scenario"], run["preset"], *time, apart[0], *clearance, apart[1], *counts])
-    return table(header, rows)
-
-
-def _sweeps(found: Measured) -> str:
-    yardstick = found.sweep_yardstick.p50
-    parts = []
-    for name in SERIES:
-        chosen = series(found.sweeps, name)
-        rows = [
-            [
-                f"{row.size:,}",
-                *(number(value, 2) for value in (row.found.p50, row.found.p95)),
-                number(row.found.p50 / yardstick, 2),
-                number(row.found.p50 / chosen[0].found.p50, 2),
-                number(row.iterations_p50, 0),
-            ]
-            for row in chosen
-        ]
-        header = [name, "p50 [ms]", "p95 [ms]", "p50 / yardstick", "p50 / first", "iterations p50"]
-        slope = growth_exponent([row.size for row in chosen], [row.found.p50 for row in chosen])
-        parts.append(f"{table(header, rows)}\n\nFitted: p50 grows with the power {number(slope, 2)} of it.")
-    return "\n\n".join(parts)
-
-
-def _standing(found: Measured) -> str:
-    seconds = found.imported["seconds"]
-    lines = [
-        ["import, first process [s]", number(seconds[0], 3)],
-        [f"import, median of {len(seconds)} processes [s]", number(float(np.median(seconds)), 3)],
-        ["import loads matplotlib or filterpy", ", ".join(found.imported["loaded"]) or "no"],
-    ]
-    names = {
-        "path_s": "construction of the path [s]",
-        "corridor_s": "of the corridor [s]",
-        "controller_s": "of the controller [s]",
-        "bare_mb": "memory of the interpreter alone [MB]",
-        "imported_mb": "after the import [MB]",
-        "route_mb": "with path and corridor [MB]",
-        "built_mb": "with the controller [MB]",
-        "running_mb": "after 200 cycles [MB]",
-    }
-    lengths = sorted(found.standing)
-    header = ["median of the processes", *(f"route of {length:,} m" for length in lengths)]
-    rows = []
-    for key, told in names.items():
-        digits = 4 if key.endswith("_s") else 1
-        rows.append(
-            [told, *(number(float(np.median(found.standing[length][key])), digits) for length in lengths)]
-        )
-    return f"{table(['import', 'figure'], lines)}\n\n{table(header, rows)}"
-
-
 def numbers(found: Measured) -> dict[str, Any]:
     """All figures for JSON, times in ms unless the name says otherwise."""
     return {
@@ -289,7 +136,6 @@ def numbers(found: Measured) -> dict[str, Any]:
         "workload": {drive.name: len(drive.cycles) for drive in found.drives},
         "cycles_ms": {name: asdict(one) for name, one in timed_rows(found).items()},
         "iterations": asdict(distribution(found.plain.solving("iterations"))),
-        "garbage_ms": {name: asdict(one) for name, one in garbage_rows(found).items()},
         "phases_ms": {name: asdict(one) for name, one in phase_rows(found).items()},
         "solver": {
             "feedback_phases": len(found.counts.refactorisations),

@@ -1,7 +1,8 @@
-"""Markdown tables, the blocks of the documents that they replace, and where figures come from."""
+"""What studies share: the command line, Markdown tables in blocks of documents, the origin of figures."""
 
 from __future__ import annotations
 
+import argparse
 import importlib.metadata
 import json
 import os
@@ -14,6 +15,13 @@ from typing import Any
 from rti_mpcc.report.numbers import number as number
 
 ROOT = Path(__file__).parents[1]
+
+
+def command_line(description: str | None, command: str) -> argparse.ArgumentParser:
+    """The parser of a study, so that `--help` prints its module's docstring and drives nothing."""
+    return argparse.ArgumentParser(
+        prog=command, description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -33,6 +41,13 @@ def replace_block(file: Path, name: str, text: str) -> None:
     if not (found_begin and found_end):
         raise ValueError(f"{file.name}: needs a block {begin} ... {end}")
     file.write_text(f"{head}{begin}\n{text}\n{end}{tail}", encoding="utf-8")
+
+
+def write_table(
+    file: Path, name: str, header: Sequence[str], rows: Sequence[Sequence[str]], source: dict[str, Any]
+) -> None:
+    """Replace a block of a document by a table and the sentence of its origin."""
+    replace_block(file, name, f"{table(header, rows)}\n\n{told(source)}")
 
 
 def origin(command: str) -> dict[str, Any]:

@@ -10,7 +10,6 @@ the cases of each folder docked, and how soon, against each quantity that was dr
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from rti_mpcc.report.campaign import COMFORT, OVER_GAIN, read_table, several
 from rti_mpcc.report.numbers import in_words
 
@@ -104,7 +103,7 @@ def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = command_line(__doc__, COMMAND)
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--difficulty", action="store_true", help="only print tables by each random quantity")
     asked = parser.parse_args()

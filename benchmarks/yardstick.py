@@ -60,9 +60,9 @@ class Problem:
         )
 
 
-def fixed_set(file: Path = FILE) -> list[Problem]:
+def fixed_set() -> list[Problem]:
     """The QPs of the yardstick. Raises ValueError where the file is not the set that it should be."""
-    data = np.load(file)
+    data = np.load(FILE)
     columns, (count, rows) = len(data["Pp"]) - 1, data["l"].shape
     problems = []
     for k in range(count):
@@ -71,7 +71,7 @@ def fixed_set(file: Path = FILE) -> list[Problem]:
         problems.append(Problem.of(cost, data["q"][k], constraints, data["l"][k], data["u"][k]))
         equations = problems[-1].split[2].shape[0]
         if equations != EQUALITIES:
-            raise ValueError(f"{file.name}: QP {k} has {equations} equations instead of {EQUALITIES}")
+            raise ValueError(f"{FILE.name}: QP {k} has {equations} equations instead of {EQUALITIES}")
     return problems
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from estimation.camera import Camera, CharucoBoard
-from estimation.charuco import CharucoDetection, CharucoGoalDetector
+from typing import TYPE_CHECKING
+
 from estimation.disturbance import DisturbanceEstimate
 from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
@@ -16,6 +16,19 @@ from estimation.settings import (
 )
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome, stds_in
 from estimation.vehicle_filter import MeasurementNoise
+from geometry.later import import_later
+
+if TYPE_CHECKING:
+    from estimation.camera import Camera, CharucoBoard
+    from estimation.charuco import CharucoDetection, CharucoGoalDetector
+else:
+    __getattr__, __dir__ = import_later(
+        __name__,
+        {
+            "estimation.camera": ("Camera", "CharucoBoard"),
+            "estimation.charuco": ("CharucoDetection", "CharucoGoalDetector"),
+        },
+    )
 
 __all__ = [
     "Camera",

@@ -1,4 +1,4 @@
-"""Bodies against walls and obstacles, by shapely alone: do they touch, how far away or how deep are they.
+"""Bodies against walls and obstacles, by shapely alone: how far away or how deep are they.
 
 What drives goes by geometry.shape_grid. This measures what was driven, and knows nothing of that.
 """
@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry.arrays import Array, Mask
+from geometry.arrays import Array
 from geometry.errors import InputError
 
 SPACING = 0.05  # [m] at most, between the places of a boundary at which it is looked how deep it is in a body
@@ -69,26 +69,6 @@ class Segments:
         # Also their ends by themselves: of a segment without length shapely finds nothing within a shape.
         parts = np.concatenate((shapely.linestrings(met), shapely.points(met.reshape(-1, 2))))
         return _deepest(shape, shapely.intersection(parts, shape))
-
-
-def collides(walls: Segments, obstacles: NDArray[np.object_], bodies: ArrayLike, margin: float) -> Mask:
-    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of something or are beyond a wall.
-
-    Raises:
-        InputError: wrong shape, numbers that are not finite, negative margin.
-    """
-    corners, shapes = _bodies(bodies)
-    if not margin >= 0.0:
-        raise InputError(f"margin = {margin}: must be >= 0 m.")
-    hit = np.zeros(len(shapes), dtype=np.bool_)
-    for thing in (walls.lines, *obstacles):
-        shapely.prepare(thing)
-        hit |= shapely.dwithin(thing, shapes, margin) if margin > 0.0 else shapely.intersects(thing, shapes)
-    # One corner answers for most bodies that touch nothing.
-    asked = np.flatnonzero(~hit)
-    asked = asked[walls.beyond(corners[asked, 0]) > 0.0]
-    hit[asked[_beyond(walls, corners[asked]).all(axis=1)]] = True
-    return hit
 
 
 def clearance(walls: Segments, obstacles: NDArray[np.object_], bodies: ArrayLike) -> Array:

@@ -125,12 +125,11 @@ def directory() -> Path:
 
 
 def load() -> int:
-    """Load all declared kernels, if all are on disk. Return how many are missing; `build` compiles those."""
+    """Load the declared kernels that are on disk. Return how many are missing; `build` compiles those."""
     with suppress(OSError, RuntimeError):  # of a directory that cannot be read
-        if _mark().exists():
-            for each in _KERNELS:
-                if not each.compiled:
-                    each.ready()
+        for each in _KERNELS:
+            if not each.compiled and each.mark().exists():
+                each.ready()
     return sum(not each.compiled for each in _KERNELS)
 
 
@@ -140,18 +139,11 @@ def build() -> Iterator[str]:
         if not each.compiled:
             each.ready()
             yield each.name
-    with suppress(OSError, RuntimeError):
-        _mark().touch()
 
 
 def not_kept() -> str:
     """Return why what was compiled in this process is not on disk, or ""."""
     return next((each.problem for each in _KERNELS if each.problem), "")
-
-
-def _mark() -> Path:
-    """A file that says that so many kernels are on disk."""
-    return directory() / f"{len(_KERNELS)} kernels"
 
 
 class _Kernel:
@@ -163,6 +155,10 @@ class _Kernel:
         self.compiled, self.problem = False, ""
         self.function = function
 
+    def mark(self) -> Path:
+        """A file that says that this kernel is on disk."""
+        return directory() / self.name
+
     def ready(self) -> None:
         """Load or compile it for the types that its annotations say; it refuses others."""
         annotations = dict(self.function.__annotations__)
@@ -170,6 +166,8 @@ class _Kernel:
         signature = result(*(_TYPES[each] for each in annotations.values()))
         try:
             self.run = self._cached(signature)
+            with suppress(OSError):
+                self.mark().touch()
         except Exception as error:
             if not not_kept():
                 _LOG.warning("compiled kernels are not kept: %s", error)

@@ -10,10 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry import clearance as bodies_against
 from geometry.area import Area
 from geometry.arrays import Array, Index
-from geometry.clearance import Segments
+from geometry.clearance import Segments, clearance
 from geometry.contacts import Contacts, contacts
 from geometry.doors import Admitted, door, to_rows
 from geometry.errors import CorridorError, InputError
@@ -163,21 +162,7 @@ class Corridor(Admitted, error=CorridorError):
 
         When something is crossed: minus the deepest penetration. Exact and slow. Raises as `contacts`.
         """
-        return bodies_against.clearance(*self._measured(part), bodies)
-
-    @door(late=True)
-    def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
-        boundary.
-
-        Args:
-            part: index of the active part of the route.
-            bodies: (n, m, 2) [m].
-            margin: coming as near as this counts as touching [m].
-
-        Raises as `contacts`, or for a negative margin.
-        """
-        return bodies_against.collides(*self._measured(part), bodies, margin)
+        return clearance(*self._measured(part), bodies)
 
     @door(late=True)
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
@@ -260,14 +245,11 @@ class Corridor(Admitted, error=CorridorError):
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
         return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]]), _CHECKED)[0, 0] <= 0.0)
 
-    @door(late=True)
-    def narrowest(self, part: int | None = None) -> tuple[float, float]:
+    def narrowest(self) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 
-        Without a part that of the whole route. Obstacles don't count.
+        Obstacles don't count.
         """
-        if part is not None:
-            return self._part(part).lines.narrowest
         return min(walls.lines.narrowest for walls in self.walls)
 
     @door(late=True)

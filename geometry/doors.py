@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, ParamSpec, TypeVar, get_args, get_origin
 import numpy as np
 import numpy.typing
 
-from geometry.arrays import Array
+from geometry.arrays import Array, all_finite
 from geometry.errors import InputError, shown
 
 Given = ParamSpec("Given")
@@ -159,7 +159,7 @@ def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputE
         raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
     if found.ndim != 2 or found.shape[1] != width:
         raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
-    if not np.isfinite(found).all():
+    if not all_finite(found):
         raise error(f"{name} must be finite numbers.")
     return found
 

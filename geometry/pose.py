@@ -36,6 +36,14 @@ class Pose2(Admitted):
             if not isfinite(value := getattr(self, name)):
                 raise InputError(f"Pose2: {name} = {value} must be finite.")
 
+    @classmethod
+    def unchecked(cls, x: float, y: float, phi: float) -> Pose2:
+        """A pose of any numbers, also those that the constructor refuses: as from a broken message."""
+        pose = object.__new__(cls)
+        for name, value in (("x", x), ("y", y), ("phi", phi)):
+            object.__setattr__(pose, name, float(value))
+        return pose
+
     @door(late=True)
     def compose(self, offset: Pose2) -> Pose2:
         """Return the world pose of `offset`, which is given in the frame of this pose.

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Index
+from geometry.arrays import Array, Index, all_finite
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.errors import InputError
@@ -217,7 +217,7 @@ def checked_poses(poses: Array) -> Array:
     poses = np.ascontiguousarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3:
         raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-    if not np.isfinite(poses).all():
+    if not all_finite(poses):
         raise InputError("poses must be finite numbers.")
     return poses
 

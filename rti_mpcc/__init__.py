@@ -6,11 +6,9 @@ from rti_mpcc._shadow import check_packages
 
 check_packages()
 
+from typing import TYPE_CHECKING
+
 from estimation import (
-    Camera,
-    CharucoBoard,
-    CharucoDetection,
-    CharucoGoalDetector,
     DetectionNoise,
     Frame,
     GoalEstimate,
@@ -34,6 +32,7 @@ from geometry import (
     ReferencePath,
     RtiMpccError,
 )
+from geometry.later import import_later
 from rti_mpcc.config import (
     Clearance,
     ControllerConfig,
@@ -49,10 +48,7 @@ from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, Scen
 from rti_mpcc.iteration import Solution
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd, segments_of
-from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
-from rti_mpcc.route_planner.path_repair import MendedPath, PathChange, mended_path
-from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import (
     Command,
@@ -70,6 +66,22 @@ from rti_mpcc.types import (
     VehicleState,
 )
 from rti_mpcc.version import __version__
+
+if TYPE_CHECKING:
+    from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
+    from rti_mpcc.mission import DockingMission
+    from rti_mpcc.route_planner.path_repair import MendedPath, PathChange, mended_path
+    from rti_mpcc.route_planner.planner import plan_manoeuvre
+else:  # imported when they are first used: cameras, missions, and the planner's kernels
+    __getattr__, __dir__ = import_later(
+        __name__,
+        {
+            "estimation": ("Camera", "CharucoBoard", "CharucoDetection", "CharucoGoalDetector"),
+            "rti_mpcc.mission": ("DockingMission",),
+            "rti_mpcc.route_planner.path_repair": ("MendedPath", "PathChange", "mended_path"),
+            "rti_mpcc.route_planner.planner": ("plan_manoeuvre",),
+        },
+    )
 
 __all__ = [
     "Approach",

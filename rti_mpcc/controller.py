@@ -338,10 +338,9 @@ class RtiMpcc:
         pattern = self._pattern
         rows, columns = pattern.constraints.shape
         primal, dual = np.zeros(columns), np.zeros(rows)
-        begin = pattern.columns(primal)
-        begin.states[0] = change / STATE_UNITS
+        primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
-            begin.slack[:] = self._last.slack / SLACK_UNIT
+            primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
             if len(self._last.dual) == rows:
                 dual = self._last.dual * self._values.row_scaling
         if iterate is not None and len(iterate[1]) == len(dual):

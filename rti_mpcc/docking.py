@@ -10,7 +10,7 @@ import logging
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,17 +34,19 @@ from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.rerouting import Rerouter, standing_route
-from rti_mpcc.route_planner.path_repair import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
+
+if TYPE_CHECKING:  # a controller that plans no route does without
+    from rti_mpcc.rerouting import Rerouter
+    from rti_mpcc.route_planner.path_repair import PathChange
 
 _log = logging.getLogger(__name__)
 
@@ -92,6 +94,8 @@ class DockingController:
         around = Surroundings.of(corridor, path, config)
         rerouter = None
         if area is not None:
+            from rti_mpcc.rerouting import Rerouter
+
             rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
         task = Task(segments=self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
@@ -111,6 +115,8 @@ class DockingController:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
             config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
+        from rti_mpcc.rerouting import Rerouter, standing_route
+
         self = cls.__new__(cls)
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
@@ -292,8 +298,14 @@ class DockingController:
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
-        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
-        vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
+        vehicle = replace(
+            last,
+            monitor=monitor,
+            offsets=known,
+            disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
+            poses=aim.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            heading_hint=hint,
+        )
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
@@ -330,7 +342,9 @@ class DockingController:
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
             refused = aim.undetected(s.goal, (), unfit)
-            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
+            if refused != s.goal.undetected:
+                s = replace(s, goal=replace(s.goal, undetected=refused))
+            return s, (), unfit
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
@@ -437,6 +451,8 @@ def _mended(
     path: ReferencePath, corridor: Corridor, area: Area, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
     """The path repaired inside its corridor and past its obstacles, with log messages."""
+    from rti_mpcc.route_planner.path_repair import mended_path
+
     made = mended_path(path, area.with_obstacles(corridor.obstacles), config)
     for change in made.changes:
         # A path that only lacks clearance is no reason to warn: the goal may be elsewhere.

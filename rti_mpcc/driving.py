@@ -11,6 +11,7 @@ from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_sin
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
@@ -25,7 +26,7 @@ from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import causes, contact, escape, fallback, limiter, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
-from rti_mpcc.scouting import first_plan, iterated, sought
+from rti_mpcc.scouting import first_plan, sought
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
@@ -94,7 +95,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     if s.task.phase is Phase.HOLDING:
         return _hold(s, context, w)
     if not attempt.problem:
-        return _accept(s, context, w, attempt)
+        return _accept(s, context, w, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not latched):
         last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=True)
         if last is not None:
@@ -241,7 +242,7 @@ def _change_over(
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
         elsewhere = _ends_elsewhere(found.s, attempt.plan, found.context, w.config)
         if not elsewhere or distance < inf or s.task.phase is Phase.CONTOURING:
-            return _accept(found.s, found.context, w, attempt)
+            return _accept(found.s, found.context, w, attempt, found.s.plans.solution)
         return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     after = s.suspending(found.s.plans.suspended)
     if not attempt.out_of_time:
@@ -258,12 +259,13 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     start = search.going_on(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid, w.config)
-    s, attempt = iterated(s, context, start, w)
+    attempt = search.converge(w.mpcc, s, context, start, w.clock)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        s, clean = iterated(s, context, search.clean(valid, w.config), w)
+        clean = search.converge(w.mpcc, s, context, search.clean(valid, w.config), w.clock)
         attempt = attempt.then(replace(clean, retried=True))
     if not attempt.problem:
-        return _accept(s, context, w, attempt)
+        return _accept(s, context, w, attempt, attempt.solved)
+    s = s.iterated(attempt.solved)
     last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=suspended is not None)
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
@@ -299,13 +301,19 @@ def _ends_elsewhere(
 # -- the steps of the fallback --------------------------------------------------------------------------
 
 
-def _accept(s: ControllerState, context: PlanningContext, w: Workspace, attempt: SqpResult) -> Driven:
-    """Drive the plan of this cycle, unless it must not be."""
+def _accept(
+    s: ControllerState,
+    context: PlanningContext,
+    w: Workspace,
+    attempt: SqpResult,
+    solution: Solution | None,
+) -> Driven:
+    """Drive the plan of this cycle, unless it must not be. The next cycle resumes `solution`."""
     plan = attempt.plan
     s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
     if decision.control.source is Source.SOLUTION:
-        return Driven(moves.plan_accepted(s, plan), decision)
-    return Driven(replace(s, plans=replace(s.plans, valid=plan)), decision)
+        return Driven(moves.plan_accepted(s, plan, solution), decision)
+    return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
 
 
 def _go_on(

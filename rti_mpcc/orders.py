@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from geometry import Pose2
 from rti_mpcc.behaviour import moves
@@ -11,8 +12,10 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.planning.goals import NO_TERMS, GoalTerms
 from rti_mpcc.planning.state import ControllerState, GoalState
-from rti_mpcc.rerouting import Rerouter
 from rti_mpcc.types import GoalOrigin
+
+if TYPE_CHECKING:
+    from rti_mpcc.rerouting import Rerouter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -118,21 +118,23 @@ class Rerouter:
 
     def routed(self, s: ControllerState) -> ControllerState:
         """The state with another route, if one is needed and found, or without any, if one is needed."""
-        route, here = s.route, ways.here(s, self._config)
+        route = s.route
         assert route is not None
         if _as_it_is(s):
             return s
         if s.task.phase is Phase.PLANNING:
+            here = ways.here(s, self._config)
             if apart(here, s.path.start) > OFF_PATH:
                 # It is first measured there, or was relocated: nothing would be driven so far off a route.
                 s = moves.without_way(s, *standing_route(here), route.why)
             return self._answered(s)
         why = self._asks(s)
         if why and s.on_planned_way:
-            s = moves.without_way(s, *standing_route(here), why)
+            s = moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
         else:
             wanted = route.wanted if why or s.task.drives else ""
-            s = replace(s, route=replace(route, why=why, wanted=wanted))
+            if (why, wanted) != (route.why, route.wanted):
+                s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)
 
     def area_known(self, s: ControllerState) -> Area:
@@ -267,11 +269,11 @@ class Rerouter:
 
     def _answered(self, s: ControllerState) -> ControllerState:
         """With the route that was found for where the vehicle is, or the reason why there is none."""
-        asked, route, config = self._needed(s), s.route, self._config
-        found = self._found()
-        if asked is None or route is None or found is None or self._asked is None:
+        found, route, config = self._found(), s.route, self._config
+        if found is None or route is None or self._asked is None:
             return s
-        if not self._asked.matches(asked, ways.NEAR, config.clearance.wanted):
+        asked = self._needed(s)
+        if asked is None or not self._asked.matches(asked, ways.NEAR, config.clearance.wanted):
             return s
         planning = s.task.phase is Phase.PLANNING
         told = replace(route, manoeuvre=found, changes=s.area.changes)

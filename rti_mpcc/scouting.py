@@ -72,9 +72,7 @@ def iterated(
 ) -> tuple[ControllerState, SqpResult]:
     """Iterate, and keep the last iterate that was solved to go on from."""
     attempt = search.converge(w.mpcc, s, context, start, w.clock)
-    if attempt.solved is not None:
-        s = replace(s, plans=replace(s.plans, solution=attempt.solved))
-    return s, attempt
+    return s.iterated(attempt.solved), attempt
 
 
 def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:

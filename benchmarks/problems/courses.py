@@ -1,6 +1,6 @@
 """Docking problems drawn from a seed, each proven dockable without the controller.
 
-A course is a scenario like any other: `scenario_writer.save_scenario` writes it for `rti-mpcc run FILE`. What
+A course is a scenario like any other: `save_scenario` writes it for `rti-mpcc run FILE`. What
 is drawn from is a `CourseRange`: its defaults are the courses of the report, `CAMPAIGN` is wider.
 """
 
@@ -98,11 +98,6 @@ CAMPAIGN = CourseRange(
     behind=6.0,
 )
 """The docking problems of campaigns."""
-
-
-def courses(seed: int, count: int, within: CourseRange | None = None) -> tuple[Scenario, ...]:
-    """The first `count` courses of a seed; see `drawn_course`."""
-    return tuple(drawn_course(seed, index, within) for index in range(count))
 
 
 def drawn_course(seed: int, index: int, within: CourseRange | None = None) -> Scenario:

@@ -19,7 +19,7 @@ from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import SolidThings
+from rti_mpcc.simulation.solid import area_clearance
 
 DETECTION = {
     "position_std": (0.02, 0.08),
@@ -149,7 +149,7 @@ def _has_room(scenario: Scenario) -> bool:
 def _room(scenario: Scenario, pose: Pose2) -> float:
     """Clearance of the body at a pose in its area [m]."""
     poses = np.array([[pose.x, pose.y, pose.phi]])
-    return float(SolidThings.of(scenario.build_area()).clearance(poses, scenario.vehicle)[0])
+    return float(area_clearance(scenario.build_area(), poses, scenario.vehicle)[0])
 
 
 def _number(random: np.random.Generator, low: float, high: float) -> float:

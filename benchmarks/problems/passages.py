@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from benchmarks.problems.quintics import driven, quintics
@@ -52,8 +53,17 @@ class Room:
         rows = motion.reshape(-1, motion.shape[-1])
         if len(rows) == 0:
             return np.zeros(motion.shape[:-1], dtype=np.bool_)
-        touching = self.corridor.collides(self.index, body_polygons(rows, self.vehicle), CLEARANCE)
-        return np.asarray(~touching).reshape(motion.shape[:-1])
+        bodies, walls = body_polygons(rows, self.vehicle), self.corridor.walls[self.index].segments
+        hit, shapes = np.zeros(len(rows), dtype=np.bool_), shapely.polygons(bodies)
+        for thing in (walls.lines, *self.corridor.kept_out.shapes):
+            shapely.prepare(thing)
+            hit |= shapely.dwithin(thing, shapes, CLEARANCE)
+        # One corner answers for most bodies that touch nothing.
+        asked = np.flatnonzero(~hit)
+        asked = asked[walls.beyond(bodies[asked, 0]) > 0.0]
+        beyond = walls.beyond(bodies[asked].reshape(-1, 2)) > 0.0
+        hit[asked[beyond.reshape(bodies[asked].shape[:2]).all(axis=1)]] = True
+        return np.asarray(~hit).reshape(motion.shape[:-1])
 
     def hardness(self, motion: Array, slope: Array) -> Array:
         """(k,) largest share of the limits on curvature and slope that motions (k, m, 4), (k, m) take."""

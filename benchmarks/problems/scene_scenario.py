@@ -1,4 +1,4 @@
-"""A drawn scene as a scenario: what a campaign drives, and `scenario_writer` writes to a file."""
+"""A drawn scene as a scenario: what a campaign drives, and `save_scenario` writes to a file."""
 
 from __future__ import annotations
 

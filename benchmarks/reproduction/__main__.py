@@ -17,7 +17,7 @@ from benchmarks.reproduction.runs import (
     mission_case,
 )
 from rti_mpcc.cli import exit_status
-from rti_mpcc.cli.arguments import at_least_one, non_negative
+from rti_mpcc.cli.arguments import add_options, non_negative
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.batch import drive_all
@@ -50,9 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         help=f"number of random courses of seed {COURSE_SEED}, each with presets default and paper, "
         "0 for none; default: %(default)s",
     )
-    parser.add_argument(
-        "--jobs", type=at_least_one, metavar="K", help="number of runs at a time; default: one a core"
-    )
+    add_options(parser, "--jobs")
     parser.set_defaults(command=_reproduce)
     return exit_status(parser, argv)
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from statistics import median
+from typing import Any
 
 from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
-from benchmarks.reproduction.columns import BEYOND, PAPER, Figures, figure
+from benchmarks.reproduction.columns import BEYOND, PAPER
 from benchmarks.reproduction.content import Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.numbers import figure, number
 from rti_mpcc.simulation.batch import DrivenCase
 
 LEFT_OUT = ("docked",)
@@ -58,7 +59,7 @@ def courses_section(outcomes: Sequence[DrivenCase]) -> Section:
     )
 
 
-def _compared(runs: Sequence[Figures], presets: Sequence[str]) -> Table:
+def _compared(runs: Sequence[dict[str, Any]], presets: Sequence[str]) -> Table:
     """Medians over the courses on which all presets dock."""
     failed = {run["scenario"] for run in runs if not run["docked"]}
     rows = []

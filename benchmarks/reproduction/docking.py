@@ -29,12 +29,12 @@ from benchmarks.reproduction.verdicts import (
     times_told,
 )
 from rti_mpcc.report.axes import png
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.numbers import figure, number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
 
 Figures = Mapping[str, Any]
-COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", ("min_clearance_m",), 2))
+COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", "min_clearance_m", 2))
 
 
 _TABLE_SAID = (
@@ -117,15 +117,7 @@ def _table(scenario: str, measured: Mapping[str, Figures], beyond: Figures) -> T
 
 
 def _cells(figures: Figures) -> list[str]:
-    return [number(_value(figures, column.path), column.digits) for column in COLUMNS]
-
-
-def _value(figures: Figures, path: Sequence[str]) -> float | None:
-    """None where the source does not have it."""
-    value: Any = figures
-    for name in path:
-        value = (value or {}).get(name)
-    return value if value is None else float(value)
+    return [number(figure(figures, column.path), column.digits) for column in COLUMNS]
 
 
 def _ratio_table(scenario: str, measured: Mapping[str, Figures]) -> Table:
@@ -159,7 +151,7 @@ def _energy_table(published: Figures, here: Figures, beyond: Figures) -> Table:
         caption="Energies of `dynamic` up to T.",
         heads=["run", *units.values()],
         rows=[
-            [name, *(number(_value(run, ("energy", energy)), 3) for energy in units)]
+            [name, *(number(figure(run, f"energy.{energy}"), 3) for energy in units)]
             for name, run in runs.items()
         ],
     )

@@ -7,13 +7,11 @@ where there is none.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array
 
 Figures = dict[str, Any]
@@ -23,9 +21,8 @@ NEVER = {"time_in_paper_s": None, "direction_changes": None, "min_clearance_m": 
 """What a run need not have, besides `rms` and `energy`."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Track:
-    """A trajectory of the published code, sampled every 0.1 s. All arrays are read-only.
+class Track(NamedTuple):
+    """A trajectory of the published code, sampled every 0.1 s.
 
     Attributes:
         times: (n,) [s].
@@ -63,13 +60,4 @@ def published_track(scenario: str, method: str) -> Track | None:
     lines = (_FOLDER / run["trajectory"]).read_text(encoding="utf-8").splitlines()
     table = np.genfromtxt(lines, delimiter=",", names=True)
     times, x, y, phi, v, delta, acceleration, steering_rate = (table[name] for name in _COLUMNS)
-    poses = np.stack([x, y, phi], axis=-1)
-    read_only(times, poses, v, delta, acceleration, steering_rate)
-    return Track(
-        times=times,
-        poses=poses,
-        v=v,
-        delta=delta,
-        acceleration=acceleration,
-        steering_rate=steering_rate,
-    )
+    return Track(times, np.stack([x, y, phi], axis=-1), v, delta, acceleration, steering_rate)

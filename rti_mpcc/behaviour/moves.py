@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import Event, transition_on
+from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
@@ -24,13 +25,17 @@ def plan_found(s: ControllerState) -> ControllerState:
     return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
 
 
-def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
-    """A plan was accepted for driving: nothing holds the vehicle any more."""
+def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | None) -> ControllerState:
+    """A plan was accepted for driving: nothing holds the vehicle any more.
+
+    `solution`: its iterate, which the next cycle resumes.
+    """
     task = s.task
     if task.latched or task.looks_past or task.looked_at is not None:
         looked_at = task.looked_at if task.phase is Phase.CONTOURING else None  # of a cruise
         task = replace(task, latched="", looked_at=looked_at, looks_past=False)
-    return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
+    plans = replace(s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.now)
+    return replace(s, task=task, plans=plans)
 
 
 # -- stops in front of what blocks the route ------------------------------------------------------------

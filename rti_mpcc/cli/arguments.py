@@ -44,30 +44,38 @@ def tolerance(text: str) -> float:
     return value
 
 
-def add_scenario(parser: argparse.ArgumentParser, name: str = "scenario", **options: Any) -> None:
-    """SCENARIO."""
-    parser.add_argument(
-        name, metavar="SCENARIO", help="name of a built-in scenario, or a .toml file", **options
-    )
+OPTIONS: dict[str, dict[str, Any]] = {
+    "scenario": {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"},
+    "--method": {
+        "choices": METHODS,
+        "default": "dynamic",
+        "help": "method of the objective; default: dynamic",
+    },
+    "--preset": {
+        "choices": PRESETS,
+        "default": "default",
+        "help": "preset of all settings; default: default",
+    },
+    "--seed": {
+        "type": non_negative,
+        "default": 0,
+        "metavar": "N",
+        "help": "random seed for all noise; default: 0",
+    },
+    "--dump-failed": {
+        "type": Path,
+        "metavar": "DIR",
+        "help": "folder for the QP of each failed cycle, as .npz",
+    },
+    "--jobs": {"type": at_least_one, "metavar": "K", "help": "number of processes; default: one a core"},
+}
+"""Arguments that several commands have, as argparse takes them."""
 
 
-def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
-    """`--method METHOD` and `--preset PRESET`."""
-    method, preset = "method of the objective; default: dynamic", "preset of all settings; default: default"
-    parser.add_argument("--method", choices=METHODS, default="dynamic", help=method)
-    parser.add_argument("--preset", choices=PRESETS, default="default", help=preset)
-
-
-def add_seed(parser: argparse.ArgumentParser) -> None:
-    """`--seed N`."""
-    told = "random seed for all noise; default: 0"
-    parser.add_argument("--seed", type=non_negative, default=0, metavar="N", help=told)
-
-
-def add_dump_failed(parser: argparse.ArgumentParser) -> None:
-    """`--dump-failed DIR`."""
-    told = "folder for the QP of each failed cycle, as .npz"
-    parser.add_argument("--dump-failed", type=Path, metavar="DIR", help=told)
+def add_options(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add some of `OPTIONS`."""
+    for name in names:
+        parser.add_argument(name, **OPTIONS[name])
 
 
 def add_folder(parser: argparse.ArgumentParser, usual: str) -> None:

@@ -11,9 +11,10 @@ from rich.table import Table
 
 from rti_mpcc.cli.arguments import (
     DONE,
+    OPTIONS,
     Commands,
     add_folder,
-    add_scenario,
+    add_options,
     at_least_one,
     non_negative,
     writable_folder,
@@ -34,7 +35,7 @@ def add_campaign(commands: Commands) -> None:
         "DIR/report.json and DIR/report.html, and save the worst cases as scenario files in DIR/worst.",
         epilog="Exit status: 0 all cases were driven, with any outcome, 2 bad input or a lost cluster.",
     )
-    add_scenario(parser)
+    add_options(parser, "scenario")
     parts = f"parts that vary, some of {','.join(PARTS)}; default: all of them"
     parser.add_argument("--vary", type=_parts, default=PARTS, metavar="PARTS", help=parts)
     add_campaign_options(parser)
@@ -48,8 +49,7 @@ def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     told = "random seed for all random values; default: 0"
     parser.add_argument("--seed", type=non_negative, default=0, metavar="S", help=told)
     workers = parser.add_mutually_exclusive_group()
-    told = "number of processes; default: one a core"
-    workers.add_argument("--jobs", type=at_least_one, metavar="K", help=told)
+    workers.add_argument("--jobs", **OPTIONS["--jobs"])
     told = "address of a Dask cluster's scheduler, such as tcp://host:8786; needs the extra `cluster`"
     workers.add_argument("--dask", metavar="ADDRESS", help=told)
     told = "number of worst cases that are saved; default: 6"

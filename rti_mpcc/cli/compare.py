@@ -8,11 +8,10 @@ from pathlib import Path
 
 from rti_mpcc.cli.arguments import (
     DONE,
+    OPTIONS,
     Commands,
     add_folder,
-    add_scenario,
-    add_seed,
-    at_least_one,
+    add_options,
     writable_folder,
 )
 from rti_mpcc.errors import InputError
@@ -39,17 +38,15 @@ def add_compare(commands: Commands) -> None:
         epilog="By default the paper's three methods, default preset; ratios are to the first method and "
         "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
     )
-    add_scenario(parser, "scenarios", nargs="+")
+    parser.add_argument("scenarios", nargs="+", **OPTIONS["scenario"])
     several = {"nargs": "+", "metavar": "NAME"}
     usual, one = ["dynamic", "separated", "switched"], ["default"]
     names = ", ".join(METHODS)
     parser.add_argument("--methods", choices=METHODS, default=usual, help=f"some of {names}", **several)
     names = ", ".join(PRESETS)
     parser.add_argument("--presets", choices=PRESETS, default=one, help=f"some of {names}", **several)
-    add_seed(parser)
+    add_options(parser, "--seed", "--jobs")
     add_folder(parser, "runs/compare")
-    told = "number of runs at a time; default: one a core"
-    parser.add_argument("--jobs", type=at_least_one, metavar="K", help=told)
     animated = "also animate each scenario's runs side by side, run one by one"
     parser.add_argument("--animate", action="store_true", help=animated)
     parser.set_defaults(command=_compare)

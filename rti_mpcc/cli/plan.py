@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from rti_mpcc import plan_manoeuvre
-from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_scenario, writable_folder
+from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.console import tell_lines, tell_tables, tell_written
 from rti_mpcc.report.table import docks_table, plan_table
@@ -22,7 +22,7 @@ def add_plan(commands: Commands) -> None:
         "route.csv, plan.json and plan.png.",
         epilog="Exit status: 0 a route was found, 1 there is none, 2 bad input.",
     )
-    add_scenario(plan)
+    add_options(plan, "scenario")
     add_folder(plan, "runs/<name>")
     plan.set_defaults(command=_plan)
 

@@ -9,9 +9,7 @@ from rti_mpcc.cli.arguments import (
     DONE,
     FAILED,
     Commands,
-    add_dump_failed,
-    add_method_and_preset,
-    add_seed,
+    add_options,
     tolerance,
 )
 from rti_mpcc.cli.run import simulated
@@ -40,7 +38,7 @@ def add_replay(commands: Commands) -> None:
     parser.add_argument("--tolerance", type=tolerance, metavar="X", help=usual)
     whole = "replay the whole cycles of a truncated recording"
     parser.add_argument("--partial", action="store_true", help=whole)
-    add_dump_failed(parser)
+    add_options(parser, "--dump-failed")
     parser.set_defaults(command=_replay)
 
 
@@ -67,8 +65,7 @@ def add_watch(commands: Commands) -> None:
     )
     what = "file of `run --record`, name of a built-in scenario, or a .toml file"
     parser.add_argument("what", metavar="RECORDING_OR_SCENARIO", help=what)
-    add_method_and_preset(parser)
-    add_seed(parser)
+    add_options(parser, "--method", "--preset", "--seed")
     unset = dict.fromkeys(_OF_SCENARIO)  # a recording has its own
     usual = {"goal_source": GoalSource.DETECTED.value, "record": None, "animate": ""}
     parser.set_defaults(command=_watch, **usual, **unset)

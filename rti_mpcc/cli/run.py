@@ -12,11 +12,8 @@ from rti_mpcc.cli.arguments import (
     DONE,
     FAILED,
     Commands,
-    add_dump_failed,
     add_folder,
-    add_method_and_preset,
-    add_scenario,
-    add_seed,
+    add_options,
     writable_folder,
 )
 from rti_mpcc.errors import InputError
@@ -55,9 +52,7 @@ def add_run(commands: Commands) -> None:
         epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
         "was crossed, or a step failed for good; 2 bad input.",
     )
-    add_scenario(parser)
-    add_seed(parser)
-    add_method_and_preset(parser)
+    add_options(parser, "scenario", "--seed", "--method", "--preset")
     rides = "smooth: least acceleration energy, brisk: least time, within comfort; default: the scenario's"
     parser.add_argument("--ride", choices=get_args(config.Ride), help=rides)
     scaled = "duration of the docking, for which the comfort values are scaled"
@@ -70,7 +65,7 @@ def add_run(commands: Commands) -> None:
     written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
     parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
-    add_dump_failed(parser)
+    add_options(parser, "--dump-failed")
     parser.set_defaults(command=_run)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from importlib import import_module
 from math import inf, radians, tan
 from typing import Annotated, Any, ClassVar, Self
@@ -137,12 +138,12 @@ class ControllerConfig(Settings):
                 raise ValueError(said)
         return self
 
-    @property
+    @cached_property
     def max_curvature(self) -> float:
         """Largest curvature that the vehicle can drive [1/m]."""
         return tan(self.limits.steering) / self.vehicle.wheelbase
 
-    @property
+    @cached_property
     def comfort(self) -> Comfort:
         """All comfort values."""
         return Comfort(

@@ -43,7 +43,7 @@ class DockingMission:
         home: where to drive after a step that failed for good and says `then="home"`.
 
     Attributes:
-        controller, steps, home: as given.
+        controller, steps, home: as given; cancelling: `cancel` was called since the last step.
 
     Raises:
         InputError: no step, one that is none, one to be tried again from a later one or to drive home
@@ -71,7 +71,7 @@ class DockingMission:
             bodies=(*(last.standing if last else ()), *(each for each in bodies if each is not None)),
         )
         controller.state = replace(controller.state, agenda=agenda)
-        self._cancelled = False
+        self.cancelling = False
 
     @property
     def agenda(self) -> Agenda:
@@ -105,14 +105,9 @@ class DockingMission:
         step = self.agenda.step
         return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
 
-    @property
-    def cancelling(self) -> bool:
-        """Whether `cancel` was called since the last step."""
-        return self._cancelled
-
     def cancel(self) -> None:
         """End it with the next cycle: the vehicle brakes to a standstill as soon as possible, and stands."""
-        self._cancelled = True
+        self.cancelling = True
 
     def step(
         self,
@@ -158,8 +153,8 @@ class DockingMission:
         """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
         agenda, controller = self.agenda, self.controller
         clock, _ = validation.timed(controller.state.clock, now, controller.config)
-        if self._cancelled:
-            self._cancelled = False
+        if self.cancelling:
+            self.cancelling = False
             if agenda.due:
                 self._take(end_mission(agenda, MissionResult.CANCELLED, "", clock.now))
         elif agenda.due and agenda.begun is None:

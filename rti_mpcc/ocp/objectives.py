@@ -7,7 +7,7 @@ elsewhere. Stage weights already contain the stage's share h_k / stage length.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -67,7 +67,7 @@ class StageWeights:
     @property
     def follows_path(self) -> bool:
         """Whether any stage counts its Frenet errors."""
-        return bool(self.lag.any() or self.contouring.any() or self.heading.any())
+        return any(np.count_nonzero(each) for each in (self.lag, self.contouring, self.heading))
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,40 +206,22 @@ def arrival_weights(
         lengths: (N,) of the stages [s].
         comfort: weights on what goes beyond it; None: those of `weights`.
     """
-    share = stage_share(lengths)
-    found = pose_weights(
-        weights,
-        share * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3,
-        comfort=weights.arrival_comfort if comfort is None else comfort,
-        goal=np.full(3, weights.arrival_pose),
-        scale=1.0 / weights.arrival_pose,
-    )
-    wheels = 0.0 if target.wheels is None else target.wheels_share * weights.arrival_wheels
-    return replace(found, goal_speed=weights.arrival_speed, goal_wheels=wheels)
-
-
-def pose_weights(
-    weights: Weights, effort: Array, *, comfort: tuple[float, float, float], goal: Array, scale: float
-) -> StageWeights:
-    """The target's pose at the horizon's end for little effort, whatever the path.
-
-    Args:
-        effort: (N+1,) that effort and comfort count at the stages.
-        comfort: weights on what goes beyond it; goal, scale: see `StageWeights`.
-    """
-    none = np.zeros_like(effort)
+    goal, whole = np.full(3, weights.arrival_pose), stage_share(lengths)
+    share, none = whole * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3, np.zeros_like(whole)
     return StageWeights(
         lag=none,
         contouring=none,
         heading=none,
-        acceleration=weights.acceleration * effort[:-1],
-        steering_rate=weights.steering_rate * effort[:-1],
+        acceleration=weights.acceleration * share[:-1],
+        steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=comfort_weights(effort, comfort),
+        comfort=comfort_weights(share, weights.arrival_comfort if comfort is None else comfort),
         goal=goal,
+        goal_speed=weights.arrival_speed,
         slack=2.0 * goal_pull(goal),
-        scale=scale,
+        scale=1.0 / weights.arrival_pose,
+        goal_wheels=0.0 if target.wheels is None else target.wheels_share * weights.arrival_wheels,
     )
 
 

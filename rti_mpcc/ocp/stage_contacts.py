@@ -26,6 +26,7 @@ CORNER = radians(18.0)
 """Where a half-plane turns by more than this between two stages a corner is passed [rad]."""
 BETWEEN = 7
 """So many poses on the way there are looked at, too."""
+_SHARES = np.arange(1, BETWEEN + 1) / (BETWEEN + 1)
 
 
 def stage_contacts(
@@ -46,9 +47,8 @@ def stage_contacts(
     if not count:
         return found
     stages = passing[:count]
-    shares = np.arange(1, BETWEEN + 1) / (BETWEEN + 1)
-    begins, lengths = plan.times[stages, None], np.diff(plan.times)[stages, None]
-    between = states_at(plan, (begins + lengths * shares).ravel(), wheelbase)
+    begins, ends = plan.times[stages, None], plan.times[stages + 1, None]
+    between = states_at(plan, (begins + (ends - begins) * _SHARES).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=OUTWARD)
     values = found.values.copy()
     _keep_nearer(values, plan.states, more.values, between, stages, wheelbase)

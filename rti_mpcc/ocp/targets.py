@@ -84,8 +84,14 @@ def path_end(part: PathPart) -> Target:
 def ended_at(part: PathPart, pose: Pose2, wheels: float | None, share: float) -> Target:
     """A pose just beside the part's own end as its target, with the wheels at an angle [rad], for a share of
     the weight on that."""
-    pose = replace(pose, phi=lift(pose.phi, part.last.phi))
-    return replace(path_end(part), pose=pose, wheels=wheels, wheels_share=share)
+    return Target(
+        pose=Pose2(pose.x, pose.y, lift(pose.phi, part.last.phi)),
+        theta=part.end,
+        theta_end=part.end,
+        kind=TargetKind.PATH_END,
+        wheels=wheels,
+        wheels_share=share,
+    )
 
 
 def stop_on(part: PathPart, theta: float) -> Target:

@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any, ClassVar, Literal, TypeVar, cast
 
@@ -26,10 +26,8 @@ from rti_mpcc.ocp.objectives import (
     Contouring,
     HorizonObjective,
     Linearised,
-    StageWeights,
     comfort_weights,
     goal_pull,
-    pose_weights,
     stage_share,
 )
 from rti_mpcc.ocp.targets import Target, TargetKind, stop_on
@@ -324,11 +322,21 @@ def cartesian_weights(weights: Weights, lengths: Array, paper: PaperObjective = 
     """
     share, goal = stage_share(lengths, paper.stage_length), np.array(weights.goal)
     largest = max(float(goal.max()), weights.acceleration * float(share.max()))
-    pose = pose_weights(weights, share, comfort=weights.comfort, goal=goal, scale=1.0 / (largest or 1.0))
-    changed = {"virtual_speed": weights.lag * share[:-1], "goal_clipped": False}
+    none = np.zeros_like(share)
     return PaperWeights(
-        **{each.name: getattr(pose, each.name) for each in fields(StageWeights)} | changed,
+        lag=none,
+        contouring=none,
+        heading=none,
+        acceleration=weights.acceleration * share[:-1],
+        steering_rate=weights.steering_rate * share[:-1],
+        virtual_speed=weights.lag * share[:-1],
+        progress_reward=none[:-1],
+        comfort=comfort_weights(share, weights.comfort),
+        goal=goal,
+        goal_clipped=False,
+        slack=2.0 * goal_pull(goal),
+        scale=1.0 / (largest or 1.0),
         lateral_acceleration=paper.lateral_acceleration * share,
-        bound_distance=np.zeros_like(share),
-        bound_speed=np.zeros_like(share),
+        bound_distance=none,
+        bound_speed=none,
     )

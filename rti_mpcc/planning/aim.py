@@ -8,13 +8,14 @@ from math import degrees, hypot
 
 import numpy as np
 
-from estimation import GoalEstimate, GoalMeasurement, GoalStatus, Judgement, stds_in
+from estimation import GoalEstimate, GoalMeasurement, GoalStatus, Judgement, PoseHistory, stds_in
 from estimation.goal_filter import CLOCK_SKEW
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
+from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
@@ -25,13 +26,12 @@ tolerance."""
 _STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the standoff waits there [m]
 
 
-def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimate:
-    """With its pose kept for detections of the last `length` [s], which may still arrive."""
-    monitor = vehicle.monitor
+def noted(poses: PoseHistory, monitor: StateMonitor, now: float, length: float) -> PoseHistory:
+    """With the vehicle's pose kept for detections of the last `length` [s], which may still arrive."""
     if monitor.why or monitor.state is None:
-        return vehicle
+        return poses
     here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
-    return replace(vehicle, poses=vehicle.poses.noted(now, here, length=length))
+    return poses.noted(now, here, length=length)
 
 
 def with_vehicle_pose(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import copysign, hypot
 
 from geometry import Pose2
-from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.model.layout import POSE, V
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
@@ -77,4 +77,4 @@ class PlanningContext:
         return self.within(self._end_error(plan), share)
 
     def _end_error(self, plan: Trajectory) -> Pose2:
-        return Pose2(*plan.states[-1, [X, Y, PHI]].tolist()).relative_to(self.target.pose)
+        return Pose2(*plan.states[-1, :POSE].tolist()).relative_to(self.target.pose)

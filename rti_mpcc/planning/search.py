@@ -8,6 +8,7 @@ from math import hypot, inf, radians
 
 import numpy as np
 
+from geometry.arrays import all_finite
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
@@ -290,7 +291,7 @@ def rejection_reason(
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits = solution.trajectory, config.limits
-    if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
+    if not (all_finite(plan.states) and all_finite(plan.controls)):
         return "the plan is not finite"
     a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
     most = 1.0 + INPUT_EXCESS
@@ -313,7 +314,7 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
         return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
     position, heading, speed, angle, a, rate = extremes(plan, config.vehicle.wheelbase)
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
-    begins, begins_turned = np.abs(plan.states[0, [V, DELTA]]).tolist()
+    begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))
     if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):
         return f"the plan leaves the limits: v = {speed:.3g} m/s, delta = {angle:.3g} rad"
     share = disturbance.gain * limits.acceleration + abs(disturbance.acceleration)
@@ -328,5 +329,6 @@ def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:
     """Errors [m], [rad] that a plan's first `CHECKED_SPAN` adds up to against the dynamics."""
     times = plan.times
     stages = int(np.searchsorted(times, times[0] + CHECKED_SPAN))
-    lengths = np.diff(times[: min(max(stages, 1), len(plan.controls)) + 1])
+    stages = min(max(stages, 1), len(plan.controls))
+    lengths = times[1 : stages + 1] - times[:stages]
     return defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)

@@ -55,7 +55,7 @@ def context_of(
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     along, distance = distance_left(here, theta, on_path, part, target)
-    off = hypot(here.x - on_path.x, here.y - on_path.y)
+    error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
@@ -72,8 +72,8 @@ def context_of(
         distance=distance,
         speed=max(part.direction * v, 0.0),
         pace=pace,
-        error=here.relative_to(target.pose),
-        standing_error=stands.relative_to(target.pose),
+        error=error,
+        standing_error=error if stands is here else stands.relative_to(target.pose),
         stop_error=_stopped(state, config).relative_to(target.pose),
         tolerance=segment.tolerance,
         half_turn=pi / config.max_curvature,

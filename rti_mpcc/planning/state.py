@@ -128,28 +128,29 @@ class VehicleEstimate:
 
     Attributes:
         monitor: its state, and why a measurement is doubted.
-        offsets: the estimated disturbance, or None; poses: of the last moments.
+        offsets: the estimate of the disturbance, or None; disturbance: by it, none where it is not known.
+        poses: of the last moments.
         heading_hint: remark on the first measured heading, or "".
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
     offsets: DisturbanceEstimate | None = None
+    disturbance: Disturbance = UNDISTURBED
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
     standing_since: float | None = None
 
-    @property
-    def disturbance(self) -> Disturbance:
-        """The estimated disturbance, none where it is not known."""
-        known = self.offsets
-        if known is None:
-            return UNDISTURBED
-        return Disturbance(known.acceleration, known.steering, known.gain, known.turn)
-
     def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""
         return self.standing_since is not None and now - self.standing_since >= seconds
+
+
+def disturbance_by(estimate: DisturbanceEstimate | None) -> Disturbance:
+    """The disturbance by its estimate; none where there is no estimate."""
+    if estimate is None:
+        return UNDISTURBED
+    return Disturbance(estimate.acceleration, estimate.steering, estimate.gain, estimate.turn)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -251,7 +252,7 @@ class Task:
 
     def on_whole(self) -> Task:
         """With all of the segment."""
-        return self.on(self.whole)
+        return self if self.segment.piece_of is None else self.on(self.whole)
 
     def with_stop(self, stop: PlannedStop) -> Task:
         """With something else known of its stop."""
@@ -378,6 +379,12 @@ class ControllerState:
     def is_stationary(self) -> bool:
         """Whether the vehicle stands."""
         return self.vehicle.is_stationary(self.now)
+
+    def iterated(self, solution: Solution | None) -> ControllerState:
+        """With the last iterate that was solved; None: with the one before."""
+        if solution is None:
+            return self
+        return replace(self, plans=replace(self.plans, solution=solution))
 
     def suspending(self, search: SuspendedSearch | None) -> ControllerState:
         """With another suspended search, or none."""

@@ -76,14 +76,6 @@ def as_recorded(value: object, kind: Any, instead: T) -> T:
     return found
 
 
-def pose_of(x: float, y: float, phi: float) -> Pose2:
-    """A pose of any numbers: the constructor refuses those that are not finite, a user may not."""
-    pose = object.__new__(Pose2)
-    for name, value in (("x", x), ("y", y), ("phi", phi)):
-        object.__setattr__(pose, name, float(value))
-    return pose
-
-
 def _sealed(text: bytes) -> bytes:
     return text + b',"crc":"%08x"}' % crc32(text)
 
@@ -116,7 +108,7 @@ def _is_array(kind: Any) -> bool:
 _converter = make_converter(forbid_extra_keys=True)
 for _kind in (bool, int, float):
     _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
-_converter.register_structure_hook(Pose2, lambda data, _: pose_of(**data))
+_converter.register_structure_hook(Pose2, lambda data, _: Pose2.unchecked(**data))
 # The library doesn't read the hints of named tuples.
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
 for _fits, _to, _back in (

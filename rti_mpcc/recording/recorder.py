@@ -19,7 +19,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.qp.problem import dump_problem
-from rti_mpcc.recording.codec import as_recorded, pose_of, prepare_codec, to_line
+from rti_mpcc.recording.codec import as_recorded, prepare_codec, to_line
 from rti_mpcc.recording.contents import Cycle, Driver, Header, Inputs, core_of
 from rti_mpcc.types import Array, Command, VehicleState
 from rti_mpcc.version import Machine
@@ -93,7 +93,7 @@ class Recorder:
         inputs = Inputs(
             state=as_recorded(state, VehicleState, VehicleState(nan, nan, nan, nan, nan)),
             now=as_recorded(now, float, nan),
-            goal=as_recorded(goal, Pose2 | None, pose_of(nan, nan, nan)),
+            goal=as_recorded(goal, Pose2 | None, Pose2.unchecked(nan, nan, nan)),
             measurements=as_recorded(detections, tuple[GoalMeasurement, ...], (_NO_MEASUREMENT,)),
             obstacles=as_recorded(obstacles, tuple[Array, ...] | None, (np.array([nan]),)),
             **orders,

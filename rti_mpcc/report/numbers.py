@@ -1,6 +1,17 @@
-"""Numbers and words for tables that people read."""
+"""Figures by their paths, and numbers and words for tables that people read."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def figure(figures: Mapping[str, Any], path: str) -> float | None:
+    """The figure at a path in a summary, such as "energy.acceleration"; None where there is none."""
+    found: Any = figures
+    for name in path.split("."):
+        found = (found or {}).get(name)
+    return None if found is None else float(found)
 
 
 def number(value: float | None, digits: int) -> str:

@@ -20,7 +20,7 @@ from rti_mpcc.report.axes import BESIDE, entries_once, grid, plane, save
 from rti_mpcc.report.files import write_csv, write_json
 from rti_mpcc.report.ground import draw_area, draw_bodies, draw_heading, show_driven
 from rti_mpcc.report.numbers import counted
-from rti_mpcc.simulation.solid import SolidThings
+from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.types import Array, Index
 
 RouteRows = dict[str, Array]
@@ -71,7 +71,7 @@ def write_plan(
 ) -> tuple[dict[str, Any], list[Path]]:
     """Write the files of a search into a folder; returns plan.json and the paths. Raises OSError."""
     found, poses = manoeuvre.found, _poses(route_rows(manoeuvre, FINE))
-    clearance = SolidThings.of(area).clearance(poses, config.vehicle)
+    clearance = area_clearance(area, poses, config.vehicle)
     figures = {
         "found": found,
         "seconds": manoeuvre.seconds,
@@ -166,7 +166,7 @@ def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, rows: RouteRows, limit: fl
 
 
 def _draw_clearance(axes: Axes, rows: RouteRows, area: Area, config: ControllerConfig) -> None:
-    clearance = SolidThings.of(area).clearance(_poses(rows), config.vehicle)
+    clearance = area_clearance(area, _poses(rows), config.vehicle)
     axes.plot(rows["s"], clearance, color=style.BLACK, linewidth=1.2, label="clearance")
     margin, least = config.clearance.on_routes, config.clearance.least
     most = min(float(np.max(clearance)), _MOST_SHOWN)

@@ -13,7 +13,7 @@ PINK = "#cc79a7"
 COLORS = (BLACK, GREY, ORANGE, SKY, GREEN, BLUE, RED, PINK)
 
 WEIGHTS = (("lag", BLACK), ("contouring", BLUE), ("progress reward", ORANGE), ("goal position", RED))
-"""Effective weights in the order of `Cycles.weights`: name and colour."""
+"""Effective weights in the order of `Moment.weights`: name and colour."""
 
 DPI = 130
 """Resolution of the written pictures [dots/inch]."""

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import reduce
 from math import degrees
-from operator import getitem
 from textwrap import shorten
 from typing import Any
 
@@ -13,7 +11,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from rti_mpcc.recording import ReplayReport
-from rti_mpcc.report.numbers import in_words, number
+from rti_mpcc.report.numbers import figure, in_words, number
 from rti_mpcc.simulation.docks_file import Docks
 from rti_mpcc.types import MissionResult
 
@@ -176,7 +174,7 @@ def compared(runs: Sequence[Figures]) -> list[Figures]:
     found = []
     for run in runs:
         base = first.setdefault(run["scenario"], run)
-        pairs = {path: (_figure(run, path), _figure(base, path)) for path in RATIOS}
+        pairs = {path: (figure(run, path), figure(base, path)) for path in RATIOS}
         ratios = {
             path: one / other if one is not None and other else None for path, (one, other) in pairs.items()
         }
@@ -209,11 +207,6 @@ def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
 def run_label(run: Figures) -> str:
     """Method and preset of a run."""
     return f"{run['method']} ({run['preset']})"
-
-
-def _figure(run: Figures, path: str) -> float | None:
-    value: Any = reduce(getitem, path.split("."), run)
-    return None if value is None else float(value)
 
 
 def _step_name(step: Mapping[str, Any]) -> str:

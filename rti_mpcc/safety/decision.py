@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -70,8 +71,7 @@ def command(
         read_only(times)
         plan = replace(plan, times=times)
     arrival = s.task.arrival
-    diagnostics = replace(
-        _diagnose(decision, context.state, context.target.pose, s, clock),
+    diagnostics = _diagnosed(decision, context.state, context.target.pose, s, clock)(
         time_to_go=None if arrival is None else arrival.at - context.begin,
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
@@ -93,8 +93,12 @@ def emergency(
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control, verdict, motion)
-    diagnostics = replace(
-        _diagnose(decision, state, s.goal.pose or pose, s, clock), objective=Objective.CONTOURING, failed=True
+    diagnostics = _diagnosed(decision, state, s.goal.pose or pose, s, clock)(
+        time_to_go=None,
+        reason=str(verdict),
+        detections=(),
+        objective=Objective.CONTOURING,
+        failed=True,
     )
     status = status_of(verdict, s.task)
     return _command(control, state, status, motion, diagnostics, config, s)
@@ -155,26 +159,25 @@ def _turn_back(
         controls[k, DELTA_DOT] = (states[k + 1, DELTA] - states[k, DELTA]) / (times[k + 1] - times[k])
 
 
-def _diagnose(
+def _diagnosed(
     decision: ControlDecision, state: Array, goal: Pose2, s: ControllerState, clock: CycleClock
-) -> Diagnostics:
+) -> partial[Diagnostics]:
+    """The diagnostics of a cycle but for time_to_go, reason and detections."""
     solutions = decision.attempt.solutions if decision.attempt else ()
-    return Diagnostics(
+    return partial(
+        Diagnostics,
         theta=float(state[THETA]),
         part=s.task.segment.index,
         objective=s.task.objective.kind,
         weights=_first_weights(solutions),
-        time_to_go=None,
         failed=decision.attempt is not None and bool(decision.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(each.iterations for each in solutions),
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=decision.attempt is not None and decision.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        reason=str(decision.verdict),
         aim=goal,
         goal=s.goal.estimate,
-        detections=(),
         prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
         feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
         solve_ms=1e3 * sum(each.solve_seconds for each in solutions),

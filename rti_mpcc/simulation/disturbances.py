@@ -75,7 +75,7 @@ class Disturbances:
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
             return goal
         if self.acting("goal_nan", now):
-            return _pose_without_numbers()
+            return Pose2.unchecked(nan, nan, nan)
         return (goal or path_end).compose(Pose2(0.0, self.total("goal_jump", now), 0.0))
 
     def detection(self, measurement: GoalMeasurement, now: float) -> GoalMeasurement:
@@ -98,11 +98,3 @@ class Disturbances:
 def _beside(placed: Placed, left: float) -> Placed:
     x, y = placed.x - left * sin(placed.phi), placed.y + left * cos(placed.phi)
     return replace(placed, x=x, y=y)
-
-
-def _pose_without_numbers() -> Pose2:
-    """A pose of NaN, as from a broken message: `Pose2` itself refuses it."""
-    pose = object.__new__(Pose2)
-    for name in ("x", "y", "phi"):
-        object.__setattr__(pose, name, nan)
-    return pose

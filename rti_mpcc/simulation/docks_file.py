@@ -27,7 +27,7 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
 )
 from rti_mpcc.simulation.sections.mission import ApproachSection
-from rti_mpcc.simulation.solid import SolidThings
+from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.steps import Dock, DockKind, Straight
 
 SPACING = 0.1
@@ -172,7 +172,7 @@ def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
 
     def depth_in(area: Area, poses: list[Pose2]) -> float:
         rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-        return -float(SolidThings.of(area).clearance(rows, docks.vehicle).min())
+        return -float(area_clearance(area, rows, docks.vehicle).min())
 
     for place, dock in enumerate(docks.docks.values()):
         pose = dock.pose

@@ -22,7 +22,7 @@ from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
-from rti_mpcc.simulation.solid import SolidThings
+from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
@@ -205,8 +205,8 @@ def body_clearances(result: RunResult) -> Array:
             area = area_along(result.paths[0][1], first, result.config)
         for index in np.unique(scene[planned]).tolist():
             rows = planned & (scene == index)
-            solid = SolidThings.of(area.with_obstacles(result.obstacles[index][1]))
-            distances[rows] = solid.clearance(truth.poses[rows], vehicle)
+            solid = area.with_obstacles(result.obstacles[index][1])
+            distances[rows] = area_clearance(solid, truth.poses[rows], vehicle)
     if corridor is None or planned.all():
         return distances
     bodies = body_polygons(truth.poses, vehicle)

@@ -6,7 +6,6 @@ import pytest
 from benchmarks.figures import (
     Target,
     distribution,
-    growth_exponent,
     ratio_row,
     relative_change,
     target_table,
@@ -27,19 +26,6 @@ def test_a_distribution_of_nothing_or_of_what_is_no_number_is_refused(values: li
 def test_ratios_are_multiples_of_the_yardstick() -> None:
     row = ratio_row("cycle", distribution([1.0, 1.0]), 2.0)
     assert row == ["cycle", "1.00", "1.00", "1.00", "1.00", "2", "0.50", "0.50", "0.50"]
-
-
-@pytest.mark.parametrize("power", [0.0, 0.5, 1.0, 2.0])
-def test_growth_exponent_is_the_power(power: float) -> None:
-    sizes = np.array([20.0, 70.0, 200.0])
-    assert growth_exponent(sizes, 3.0 * sizes**power) == pytest.approx(power, abs=1e-12)
-
-
-def test_growth_needs_pairs() -> None:
-    with pytest.raises(ValueError, match="pairs"):
-        growth_exponent([1.0], [1.0])
-    with pytest.raises(ValueError, match="pairs"):
-        growth_exponent([1.0, 2.0], [1.0])
 
 
 def test_a_target_is_met_up_to_its_bound_and_never_by_what_is_no_number() -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import gc
-
 import numpy as np
 import pytest
 from scipy import sparse
 
 from benchmarks.ledger import KINDS, compared, kind_of, solved_by_osqp, solved_by_piqp
-from benchmarks.rounds import COLUMNS, Rounds, collecting
+from benchmarks.rounds import COLUMNS, Rounds
 from benchmarks.sweeps import POINTS, denser, middle, sparse_corridor, winding, with_points
 from benchmarks.yardstick import EQUALITIES, Problem, fixed_set, quiet
 
@@ -43,15 +41,6 @@ def test_rounds_leave_first_cycles_and_those_without_a_qp_apart() -> None:
     assert rounds.of("step_ms").tolist() == [[1.0, 2.0, 3.0]] * 2
     assert rounds.of("step_ms", first=True).tolist() == [[9.0, 8.0]] * 2
     assert rounds.solving("step_ms").tolist() == [[1.0, 3.0]] * 2
-
-
-def test_collections_are_counted_and_the_collector_is_left_as_it_was() -> None:
-    was = gc.isenabled()
-    with collecting(False) as collections:
-        assert not gc.isenabled()
-        gc.collect()
-        assert collections() == 1
-    assert gc.isenabled() == was
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,6 @@ DOORS: dict[str, Door] = {
     "Corridor.from_lines": door(Corridor.from_lines, lines=CORRIDOR.to_lines()),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
     "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
-    "Corridor.collides": door(CORRIDOR.collides, part=0, bodies=[SQUARE], margin=1.0),
     "Corridor.signed_distances": door(
         CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
     ),
@@ -157,7 +156,6 @@ DOORS: dict[str, Door] = {
     "Corridor.beyond": door(CORRIDOR.beyond, part=0, points=np.array(POINTS)),
     "Corridor.near_obstacles": door(CORRIDOR.near_obstacles, points=np.array(POINTS), within=2.0),
     "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
-    "Corridor.narrowest": door(CORRIDOR.narrowest, part=0),
     "Corridor.lines": door(CORRIDOR.lines, part=0),
     "Corridor": door(Corridor, walls=CORRIDOR.walls, kept_out=CORRIDOR.kept_out, area=None),
     "CorridorLines": door(

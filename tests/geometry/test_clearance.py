@@ -39,15 +39,13 @@ def corridor() -> Corridor:
         ((40.0, 9.0, 0.0), None),
     ],
 )
-def test_clearance_and_collision(pose: tuple[float, float, float], expected: float | None) -> None:
+def test_clearance(pose: tuple[float, float, float], expected: float | None) -> None:
     shape = bodies(pose)
     clearance = corridor().clearance(0, shape)[0]
     if expected is None:
         assert clearance > 0.0
     else:
         assert clearance == pytest.approx(expected, abs=1e-9)
-    if expected != 0.0:
-        assert corridor().collides(0, shape)[0] == (clearance < 0.0)
 
 
 @pytest.mark.parametrize(
@@ -62,16 +60,6 @@ def test_clearance_and_collision(pose: tuple[float, float, float], expected: flo
 def test_obstacles_count(pose: tuple[float, float, float], expected: float) -> None:
     wide = Corridor.from_offsets(STRAIGHT, left=8.0, right=-8.0, obstacles=[PILLAR])
     assert wide.clearance(0, bodies(pose))[0] == pytest.approx(expected, abs=0.051)
-    assert wide.collides(0, bodies(pose))[0] == (expected < 0.0)
-
-
-def test_margin() -> None:
-    shape = bodies((4.0, 0.0, 0.0))
-    assert not corridor().collides(0, shape, 0.99)[0]
-    assert corridor().collides(0, shape, 1.01)[0]
-    pillar = Corridor.from_offsets(STRAIGHT, left=8.0, right=-8.0, obstacles=[PILLAR])
-    assert pillar.collides(0, bodies((16.5, 0.0, 0.0)), 0.51)[0]
-    assert not pillar.collides(0, bodies((16.5, 0.0, 0.0)), 0.49)[0]
 
 
 @pytest.mark.parametrize(
@@ -84,5 +72,3 @@ def test_margin() -> None:
 def test_bad_bodies_are_refused(values: np.ndarray, message: str) -> None:
     with pytest.raises(InputError, match=message):
         corridor().clearance(0, values)
-    with pytest.raises(InputError, match=message):
-        corridor().collides(0, values)

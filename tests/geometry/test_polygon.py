@@ -34,7 +34,7 @@ def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
         (9.13, 2),
         (0, 2),
     ]
-    width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest(0)
+    width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest()
     np.testing.assert_allclose((width, theta), (2.3, 7.135))
 
 
@@ -43,7 +43,7 @@ def test_outline_is_closed_to_bodies() -> None:
     body = np.array([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
     places = np.array([(2.0, 0.0), (0.5, 0.0), (17.5, 0.0), (-8.0, 0.0), (30.0, 0.0), (8.0, 1.5)])
     bodies = body + places[:, None, :]
-    assert corridor.collides(0, bodies).tolist() == [False, True, True, True, True, True]
+    assert (corridor.clearance(0, bodies) <= 0.0).tolist() == [False, True, True, True, True, True]
     np.testing.assert_allclose(corridor.clearance(0, bodies), [1.0, -0.5, -0.5, -9.0, -13.0, -0.5], atol=1e-9)
 
 

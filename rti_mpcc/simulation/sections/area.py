@@ -23,7 +23,7 @@ from rti_mpcc.simulation.sections.base import (
 class AreaSection(Section):
     """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
 
-    Without a boundary a scenario has a box around all that is given, see `RoutePlanner.box`.
+    Without a boundary a scenario has a box, `route_planner.problem.BOX` beyond all that is given.
     """
 
     boundary: Polygon | None = None

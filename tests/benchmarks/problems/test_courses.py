@@ -7,12 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from benchmarks.problems import courses as drawing
-from benchmarks.problems.courses import (
-    CAMPAIGN,
-    CourseRange,
-    courses,
-    drawn_course,
-)
+from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.errors import ConfigError, InputError
 from rti_mpcc.simulation import Scenario
 
@@ -26,7 +21,7 @@ HALF = 2.069 / 2
     ids=["report", "campaign"],
 )
 def drawn(request: pytest.FixtureRequest) -> tuple[CourseRange, tuple[Scenario, ...]]:
-    return request.param, courses(11, 12, request.param)
+    return request.param, tuple(drawn_course(11, index, request.param) for index in range(12))
 
 
 def arcs(course: Scenario) -> Iterator[tuple[int, float, float]]:

@@ -9,7 +9,7 @@ import shapely
 from geometry import Area
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.solid import SolidThings
+from rti_mpcc.simulation.solid import area_clearance
 
 VEHICLE = Vehicle(width=2.0, front=4.0, rear=1.0)
 HALL = [(-10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (-10.0, 5.0)]
@@ -17,7 +17,7 @@ BOX = [(8.0, 2.0), (10.0, 2.0), (10.0, 4.0), (8.0, 4.0)]
 
 
 def clearance(area: Area, *poses: tuple[float, float, float]) -> list[float]:
-    found: list[float] = SolidThings.of(area).clearance(np.array(poses), VEHICLE).tolist()
+    found: list[float] = area_clearance(area, np.array(poses), VEHICLE).tolist()
     return found
 
 
@@ -45,7 +45,7 @@ def test_among_many_things_the_nearest_counts() -> None:
     corners = random.uniform(-40.0, 40.0, (60, 1, 2)) + random.uniform(0.5, 2.0, (60, 1, 1)) * np.array(BOX)
     area = Area(obstacles=list(corners))
     poses = np.column_stack([random.uniform(-40.0, 40.0, (700, 2)), random.uniform(-3.0, 3.0, 700)])
-    found = SolidThings.of(area).clearance(poses, VEHICLE)
+    found = area_clearance(area, poses, VEHICLE)
     bodies = shapely.polygons(body_polygons(poses, VEHICLE))
     least = np.min([shapely.distance(bodies, shapely.Polygon(ring)) for ring in corners], axis=0)
     free = least > 0.0
