@@ -23,13 +23,13 @@ help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
-	@echo "make same        drive 330 runs here and at the commit before (BASE=COMMIT: another one): say whether"
+	@echo "make same        drive 330 runs here and at the commit before (or BASE=COMMIT), and report whether"
 	@echo "                 each command and plan is the same to the bit"
-	@echo "make reproduce   drive the paper's experiments again beside the published figures: runs/reproduce"
-	@echo "make figures     measure what the pages of docs quote, but computing times, and write it there (about an hour)"
+	@echo "make reproduce   repeat the paper's experiments next to the published figures: runs/reproduce"
+	@echo "make figures     measure the figures in docs, except computing times, and write them there (about an hour)"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
 	@echo "make bench       time the cycles of all scenarios against a yardstick (figures: runs/bench.json),"
-	@echo "                 and of some against the commit before, in turn (BASE=COMMIT: another one)"
+	@echo "                 and of some against the commit before (or BASE=COMMIT), in turn"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
 test: lint types unit

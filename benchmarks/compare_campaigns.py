@@ -1,4 +1,4 @@
-"""The same drawn cases driven by several versions of this program, side by side.
+"""The same random cases driven by several versions of this program, side by side.
 
     python -m benchmarks.campaign --count 1000 --level hard --seed 9931 --out runs/hard   # with each version
     python -m benchmarks.compare_campaigns before=runs/hard-before after=runs/hard-after ...

@@ -1,4 +1,4 @@
-"""Runs on drawn courses as rows of a table, and what they come to in sentences."""
+"""Runs on random courses as rows of a table, and their summary in sentences."""
 
 from __future__ import annotations
 
@@ -13,7 +13,16 @@ from typing import Any
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
 
-HEADER = ["course", "preset", "last part", "goal", "beside [m]", "turned [rad]", "docked", "to tolerance [s]"]
+HEADER = [
+    "course",
+    "preset",
+    "last part",
+    "goal",
+    "lateral offset [m]",
+    "heading [rad]",
+    "docked",
+    "to tolerance [s]",
+]
 HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
 
 

@@ -1,4 +1,4 @@
-"""How well a drawn ChArUco board gives the goal's pose: four ways from the same corners, over the range.
+"""Accuracy of the goal's pose from a rendered ChArUco board: four estimators on the same corners.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_camera [--exact]
 

@@ -1,4 +1,4 @@
-"""Runs courses drawn from a seed and writes docs/courses.md and docs/courses/*.json.
+"""Runs the random courses of a seed and writes docs/courses.md and docs/courses/*.json.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_courses [--seed 1] [--count 24] [--presets default paper]
 
@@ -10,6 +10,7 @@ with `--only 3 7` it runs these and writes nothing. The runs are deterministic b
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,13 @@ def parsed() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def page_text(runs: Sequence[dict[str, Any]], presets: Sequence[str], name: str, source: str) -> str:
+    """The summary of the runs, a row for each run that did not dock, and the file with all runs."""
+    missed = [course_row(run) for run in runs if not run["docked"]]
+    parts = [courses_told(runs, presets), *([table(HEADER, missed)] if missed else [])]
+    return "\n\n".join([*parts, f"All runs: [courses/{name}.json](courses/{name}.json). {source}"])
+
+
 def main() -> None:
     asked = parsed()
     command = f"python -m benchmarks.measure_courses --seed {asked.seed} --count {asked.count}"
@@ -59,9 +67,7 @@ def main() -> None:
         return
     name = f"{asked.within}_{asked.seed}"
     write_json(ROOT / "docs" / "courses" / f"{name}.json", {"origin": source, "runs": runs})
-    rows = table(HEADER, [course_row(run) for run in runs])
-    text = f"{courses_told(runs, asked.presets)}\n\n{rows}\n\n{told(source)}"
-    replace_block(ROOT / "docs" / "courses.md", name, text)
+    replace_block(ROOT / "docs" / "courses.md", name, page_text(runs, asked.presets, name, told(source)))
 
 
 if __name__ == "__main__":

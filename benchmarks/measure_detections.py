@@ -25,7 +25,7 @@ COMMAND = "python -m benchmarks.measure_detections"
 SEEDS = range(10)
 PARTS: dict[str, dict[str, Any]] = {
     "as it is": {},
-    "first detection believed": {"filter": {"confirmations": 1}},
+    "first detection accepted": {"filter": {"confirmations": 1}},
 }
 
 

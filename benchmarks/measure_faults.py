@@ -83,7 +83,7 @@ def main() -> None:
     for kind in get_args(Kind):
         rows.append(row(run(kind), usual))
         print(*rows[-1], sep=" | ")
-    header = ["fault", "size", "from, to [s]", "the controller says", "its first reason", "stood [s]"]
+    header = ["fault", "size", "from, to [s]", "statuses", "first reason", "stood [s]"]
     header += ["clearance [m]", "docked [s]", "without the fault [s]"]
     write_table(ROOT / "docs" / "faults.md", "faults", header, rows, source)
 

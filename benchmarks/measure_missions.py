@@ -2,7 +2,7 @@
 
     python -m benchmarks.measure_missions [--count 100] [--undockings 50] [--seeds 20] [--seed 777] [--jobs K]
 
-The built-in mission at several seeds, drawn missions (`benchmarks.problems.missions`), and drawn undockings.
+The built-in mission at several seeds, random missions (`benchmarks.problems.missions`) and undockings.
 Needs OpenCV: pip install '.[vision]' in rti-mpcc's folder.
 """
 
@@ -29,11 +29,17 @@ _NO_CASES = ["-"] * 9
 
 def main() -> None:
     parser = command_line(__doc__, COMMAND)
-    parser.add_argument("--count", type=int, default=100, help="drawn missions; default: %(default)s")
-    parser.add_argument("--undockings", type=int, default=50, help="drawn undockings; default: %(default)s")
-    parser.add_argument("--seeds", type=int, default=20, help="of the built-in mission; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=777, help="of all that is drawn; default: %(default)s")
-    parser.add_argument("--jobs", type=int, help="runs at a time; default: one a core")
+    parser.add_argument(
+        "--count", type=int, default=100, help="number of random missions; default: %(default)s"
+    )
+    parser.add_argument(
+        "--undockings", type=int, default=50, help="number of random undockings; default: %(default)s"
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=20, help="number of seeds of the built-in mission; default: %(default)s"
+    )
+    parser.add_argument("--seed", type=int, default=777, help="random seed; default: %(default)s")
+    parser.add_argument("--jobs", type=int, help="number of runs at a time; default: one a core")
     options = parser.parse_args()
     built_in = [Case(scenario=load_scenario("docking_mission"), seed=seed) for seed in range(options.seeds)]
     drawn = [drawn_mission(options.seed, number) for number in range(options.count)]
@@ -42,8 +48,8 @@ def main() -> None:
     with progress_bar("missions", "{task.completed:.0f} runs") as progress:
         driven = drive_all([*built_in, *missions, *out], jobs=options.jobs, progress=progress)
     first, last = len(built_in), len(built_in) + len(missions)
-    rows = [row("docking_mission", driven[:first]), row("drawn missions", driven[first:last])]
-    rows.append(row("drawn undockings", driven[last:]))
+    rows = [row("docking_mission", driven[:first]), row("random missions", driven[first:last])]
+    rows.append(row("random undockings", driven[last:]))
     wrong = [
         f"{outcome.case.scenario.name}: {outcome.figures['mission_result']}, expected {each.expected.value}"
         for outcome, each in zip(driven[first:last], drawn, strict=True)
@@ -58,7 +64,7 @@ def main() -> None:
         [
             told(origin(command(options))),
             table(header, rows),
-            f"{len(drawn) - len(wrong)} of {len(drawn)} drawn missions came to what was expected of them"
+            f"{len(drawn) - len(wrong)} of {len(drawn)} random missions had the expected result"
             + (f"; others: {'; '.join(wrong)}." if wrong else "."),
         ]
     )
@@ -67,7 +73,7 @@ def main() -> None:
 
 
 def command(options: argparse.Namespace) -> str:
-    """The command with all that decides what is drawn: who reads the table knows how much was driven."""
+    """The command with all options that determine the random cases."""
     drawn = ("seed", "seeds", "count", "undockings")
     return " ".join([COMMAND, *(f"--{name} {getattr(options, name)}" for name in drawn)])
 

@@ -69,7 +69,7 @@ def bay(random: np.random.Generator, room: float) -> Scenario:
 
 
 def before_a_wall(random: np.random.Generator, room: float) -> Scenario:
-    """A goal behind a bend with a wall across the way, ahead of what leads."""
+    """A goal behind a bend with a wall ahead of the leading end of the body."""
     direction, (curvature, length) = int(random.choice([-1, 1])), bend(random)
     straight = float(random.uniform(6.0, 12.0))
     segments = [(direction, curvature, length), (direction, 0.0, straight)]
@@ -96,7 +96,7 @@ def lanes(random: np.random.Generator) -> dict[str, Scenario]:
         "S-bend in a lane": scenario(
             [(1, 0.0, 6.0), (1, gentle, length), (1, -gentle, length), (1, 0.0, 6.0)], corridor
         ),
-        "the same in reverse": scenario(
+        "S-bend in reverse": scenario(
             [(-1, 0.0, 6.0), (-1, gentle, length), (-1, -gentle, length), (-1, 0.0, 6.0)], corridor
         ),
         "corner": scenario(
@@ -111,7 +111,7 @@ def lanes(random: np.random.Generator) -> dict[str, Scenario]:
 
 
 def docked(draw: Draw, draws: int, seed: int, what: str) -> list[list[str]]:
-    """For each room how many were docked in, what was touched, and how near the body came."""
+    """For each gap the numbers of docked and of touched goals, and the least clearance."""
     rows = []
     for room in ROOM:
         random = np.random.default_rng(seed)
@@ -140,7 +140,7 @@ def cycles(result: RunResult) -> Array:
 
 
 def hardest(draws: int, seed: int) -> list[list[str]]:
-    """Cycles of the lanes, beside docking_inside's."""
+    """Cycles of the lanes, next to those of docking_inside."""
     random, rows = np.random.default_rng(seed), []
     usual = simulate(load_scenario("docking_inside"))
     median = float(np.median(cycles(usual)))
@@ -181,12 +181,12 @@ def throughput(cases: int, seed: int) -> list[list[str]]:
 def main() -> None:
     parser = command_line(__doc__, COMMAND)
     parser.add_argument("--draws", type=int, default=10, help="of each kind; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of what is drawn; default: %(default)s")
+    parser.add_argument("--seed", type=int, default=1, help="random seed; default: %(default)s")
     parser.add_argument("--docs", action="store_true", help="write docs/performance.md")
     asked = parser.parse_args()
     header = [
         "goal",
-        "room [m]",
+        "gap [m]",
         "docked",
         "touched",
         "least clearance [m]",

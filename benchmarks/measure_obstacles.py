@@ -50,9 +50,9 @@ def walkers(count: int) -> str:
     header = (
         "lag",
         "people",
-        "run into",
-        "touched at all",
-        "stopped for",
+        "collisions",
+        "contacts",
+        "stops",
         "a: median, most [m/s²]",
         "docked",
     )

@@ -1,4 +1,4 @@
-"""Plans ways in drawn scenes and public parking cases, and writes the tables of docs/planning.md.
+"""Plans routes in random scenes and public parking cases, and writes the tables of docs/planning.md.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_planner [--count 40] [--seed 99]
 
@@ -54,7 +54,7 @@ def planned(start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> 
 
 
 def scenes(count: int, seed: int) -> str:
-    """A row for each kind of drawn scene."""
+    """A row for each kind of random scene."""
     rows = []
     for kind in KINDS:
         found = []

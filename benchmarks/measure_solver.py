@@ -143,7 +143,7 @@ CHECK = CHECK_INTERVAL
 Way = tuple[Callable[[QpProblem, QpPattern, Array], QpProblem], int]
 WAYS: dict[str, Way] = {
     "as it is": (as_it_is, CHECK),
-    "rows that are far off count in full": (unscaled, CHECK),
+    "rows in their own units at any distance": (unscaled, CHECK),
     "termination checked every iteration": (as_it_is, 1),
     "every 3": (as_it_is, 3),
     "no guess of the multipliers": (without_dual, CHECK),

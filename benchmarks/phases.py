@@ -21,10 +21,10 @@ import osqp
 
 STEP = "the rest of the cycle"
 PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("what is measured", ("rti_mpcc.docking:validate_measurement",)),
+    ("measurement", ("rti_mpcc.docking:validate_measurement",)),
     ("projection", ("geometry.part:PathPart.project",)),
     (
-        "situation, arrival time",
+        "context, arrival time",
         (
             "rti_mpcc.planning.workspace:Workspaces.of",
             "rti_mpcc.planning.workspace:Workspace.context",
@@ -58,7 +58,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
     ("check of the plan", ("rti_mpcc.planning.search:rejection_reason",)),
     ("check of the body", ("rti_mpcc.safety.contact:distance_to_contact", "rti_mpcc.safety.contact:overlap")),
-    ("account", ("rti_mpcc.docking:command",)),
+    ("command", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
 )
 """Phases in the order of a cycle, and the functions that they consist of: `module:name` as the caller looks

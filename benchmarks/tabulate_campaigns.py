@@ -31,7 +31,7 @@ HEADER = [
     "collisions",
     "least clearance [m]",
     "time to dock p50 / p95 [s]",
-    "refused results driven",
+    "rejected solutions driven",
     "cycles with fallback",
     "not docked, or collided",
 ]
@@ -68,7 +68,7 @@ def rides(columns: Sequence[dict[str, Any]]) -> str:
     header = ["p50 / p95 / p99 / most", *(", ".join(named(figures)) for figures in columns)]
     words = {
         "energy_ratio": "acceleration energy over the least",
-        "time_ratio": "time to dock over the one expected",
+        "time_ratio": "time to dock over the expected time",
     }
     rows = [
         [f"peak {in_words(name)} over comfort", *(several(each["comfort"][name]) for each in columns)]
@@ -85,7 +85,7 @@ def _at_limit(figures: dict[str, Any]) -> str:
 
 
 def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
-    """Cases, docked, collisions and median time to dock by each quantity that was drawn and varies."""
+    """Cases, docked, collisions and median time to dock by each random quantity that varies."""
     tables = {}
     for name in map(str, rows):
         values = rows[name]
@@ -105,7 +105,7 @@ def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
 def main() -> None:
     parser = command_line(__doc__, COMMAND)
     parser.add_argument("folders", type=Path, nargs="+")
-    parser.add_argument("--difficulty", action="store_true", help="only print tables by what was drawn")
+    parser.add_argument("--difficulty", action="store_true", help="only print tables by each random quantity")
     asked = parser.parse_args()
     if asked.difficulty:
         for folder in asked.folders:

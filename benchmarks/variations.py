@@ -150,7 +150,7 @@ VARIATIONS = (
     Variation(letter="l", what="as it is", scenario="docking_moving_goal"),
     Variation(
         letter="l",
-        what="margin that noise has taken is fought at once",
+        what="lost margin requested at once",
         scenario="docking_moving_goal",
         patches={"rti_mpcc.controller.relaxed_bounds": _as_they_are},
     ),
@@ -159,7 +159,7 @@ VARIATIONS = (
         for scenario in ("docking_inside", "docking_behind")
         for what, patches in (
             ("as it is", {}),
-            ("weights that do not know how they change", {BLENDING: _nothing}),
+            ("weights taken as constant", {BLENDING: _nothing}),
         )
     ),
     *(
@@ -168,7 +168,7 @@ VARIATIONS = (
         for letter, what, settings, patches in (
             ("o", "as it is", PATIENT, {}),
             ("o", "tight: all QPs to 1e-7", TIGHT, {"rti_mpcc.qp.solver.FINE_TOLERANCE": 1e-7}),
-            ("o", "bounds that are far off count in full", PATIENT, UNSCALED),
+            ("o", "bounds in their own units at any distance", PATIENT, UNSCALED),
             ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, RELAXED),
             ("q", "no fine tolerance first", PATIENT, COARSE),
         )

@@ -1,7 +1,7 @@
 """Dock by camera: a rear camera looks for a ChArUco board at the dock. Needs pip install '.[vision]'.
 
-The controller is told nothing of the dock but a rough place to begin with. The pictures here are drawn; with
-pictures of your own it is `detector.detect(picture, stamp)` and `controller.step(..., measurements=[...])`.
+The controller starts with a rough pose of the dock. The images of this example are rendered. With images of
+your own, call `detector.detect(picture, stamp)` and `controller.step(..., measurements=[...])`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SCENARIO = {
     "name": "charuco_docking",
     "path": {"start": [11.0, 1.0, 0.15], "segments": BEND},
     "corridor": {"left": 3.0, "right": -3.0},
-    # The dock lies behind the path's end and beside it; the plan begins with 0.5 m and 6 deg of error.
+    # The dock lies behind the path's end, with a lateral offset; the planned pose is off by 0.5 m and 6 deg.
     "goal": {"offset": [-1.0, -0.4, 0.05], "measurement": {"initial_offset": [0.4, -0.3, 0.1]}},
     "simulation": {"cycle": 0.05, "dead_time": 0.18, "duration": 60.0},
 }

@@ -1,4 +1,4 @@
-"""A whole mission: drive up to a capsule, detect it, dock, wait, connect by a straight move, drive out."""
+"""A whole mission: drive to a capsule, detect it, dock, wait, connect by a straight move, leave."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def main() -> None:
     plant = PlantState(x=-12.0, y=6.0, phi=0.0)
     vehicle = PlantParameters.of(config.vehicle, config.limits, dead_time=0.18)
 
-    def touches() -> bool:  # put your own contact switch here
+    def touches() -> bool:  # your own contact switch
         return Pose2(plant.x, plant.y, plant.phi).relative_to(TRUE).x <= -1.2
 
     approach, tolerance = rm.Approach(2.0, -1), (0.05, 0.015, 0.01)

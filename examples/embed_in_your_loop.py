@@ -1,7 +1,7 @@
 """Embed the controller in a loop of your own: your plant, its dead time, a gate, a dock that moves.
 
-The vehicle here takes set points for speed and steering and follows them after a dead time; its wheelbase is
-2 % longer than the controller believes. A gate stands across the way for 20 s, and the dock moves once.
+The vehicle takes setpoints for speed and steering and follows them after a dead time. Its wheelbase is 2 %
+longer than the controller assumes. A gate blocks the path for 20 s, and the dock moves once.
 """
 
 from __future__ import annotations

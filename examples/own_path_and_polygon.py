@@ -8,7 +8,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status, prepare_process
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
-# Poses of the rear axle: x, y [m], heading of the vehicle [rad]; arcs are drawn between them.
+# Poses of the rear axle: x, y [m], heading of the vehicle [rad]; the path joins them by arcs.
 # `ReferencePath.from_waypoints` takes points without headings, `from_csv` a file.
 POSES = [Pose2(0.0, 0.0, 0.0), Pose2(8.0, 0.0, 0.0), Pose2(16.0, 2.2, 0.55), Pose2(10.0, -8.0, pi / 2)]
 DIRECTIONS = [1, 1, -1]  # of the ways between them: the third is driven in reverse

@@ -1,7 +1,7 @@
-"""Park on a map: an occupancy grid as ROS has it, where the vehicle stands and where it shall, and no path.
+"""Park on a map: an occupancy grid in the format of ROS, a start and a goal, and no path.
 
-The map is drawn here; with one of your own it is `Area.from_map("yard.yaml")`. On the way a van parks in
-front of it: the vehicle stops, plans another way from there, and drives that.
+This example makes its map; for a map of your own call `Area.from_map("yard.yaml")`. A van parks on the route:
+the vehicle stops, replans from there, and drives the new route.
 """
 
 from __future__ import annotations

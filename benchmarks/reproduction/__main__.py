@@ -40,14 +40,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         type=Path,
         default=Path("runs/reproduce"),
         metavar="DIR",
-        help="where reproduce.html, reproduce.json and the pictures go; default: %(default)s",
+        help="folder of reproduce.html, reproduce.json and the pictures; default: %(default)s",
     )
     parser.add_argument(
         "--courses",
         type=non_negative,
         default=24,
         metavar="N",
-        help=f"so many courses drawn from seed {COURSE_SEED} besides, each with preset default and paper, "
+        help=f"number of random courses of seed {COURSE_SEED}, each with presets default and paper, "
         "0 for none; default: %(default)s",
     )
     add_options(parser, "--jobs")

@@ -19,39 +19,41 @@ SAYS = {
     ),
 }
 SHARED = (
-    "What is different for all methods. This project keeps the whole body inside the corridor by "
-    "half-planes for the discs that cover it, and checks every plan by the exact polygon of the body "
-    "before it is driven; the published code keeps its rear axle away from the bounds by a soft cost. "
-    "Progress runs forward only here, while the published code lets it run back (deviation (f) in "
-    "docs/decisions). The controller runs at 20 Hz instead of 100 Hz and docks only at rest."
+    "What is different for all methods. This project keeps the whole body inside the corridor by half-"
+    "planes for two boxes of the body, and checks every plan by the exact body before it is driven; the "
+    "published code keeps its rear axle away from the bounds by a soft cost. Progress runs forward only "
+    "here, while the published code lets it run back (deviation (f) in docs/decisions). The controller "
+    "runs at 20 Hz instead of 100 Hz and docks only at rest."
 )
 TRACED = (
-    "What had to be known besides the paper for `paper` to drive as the published code does, each tried "
-    "by itself (deviation (n) in docs/decisions). Weights that follow the progress have their slopes in the "
-    "gradient; the path's heading has none there, because that code looks it up by index. Behind the path's "
-    "end the bound on speed follows from the way behind it. `switched` switches where β of the way along "
-    "the path is left, not of the straight distance, and contours by Eq. 7 until then: with any one of "
-    "these otherwise it comes to the goal of Scenario 1 in one move, and sooner."
+    "What `paper` needs besides the printed equations to drive as the published code, each tried by "
+    "itself (deviation (n) in docs/decisions). Weights that follow the progress have their slopes in the "
+    "gradient; the path's heading has none there, because that code looks it up by index. Behind the "
+    "path's end the bound on speed follows from the distance behind it. `switched` switches at β of the "
+    "distance along the path, not of the straight distance, and contours by Eq. 7 until then: with any "
+    "one of these otherwise it reaches the goal of Scenario 1 in one move, and sooner."
 )
 SEPARATED_BEHIND = (
-    "Why `separated` takes less time than published: up to its stop at the path's end both take about the "
-    "same. From there the published run first drives forwards, then through the narrowings at no more than "
-    "0.6 m/s, its body touching them; here it drives at up to 1.1 m/s, clear of them, and comes back once. "
-    "The published cost on speed near a bound is not the reason: with it in this leg, too, nothing changed. "
-    "It was not traced further."
+    "Why `separated` takes less time than published: up to its stop at the path's end both take about the"
+    " same. From there the published run first drives forwards, then through the narrowings at no more "
+    "than 0.6 m/s, its body touching them; here it drives at up to 1.1 m/s, clear of them, and comes back"
+    " once. The published cost on speed near a bound is not the reason: with it in this segment, too, "
+    "nothing changed. It was not traced further."
 )
 SWITCHED_BEHIND = (
-    "Why `switched` does not leave the corridor: its plans have no corridor rows near the goal, as in the "
-    "paper, but the last check of the body stays. Where a plan would cross a narrowing the vehicle brakes "
-    "and stands, BLOCKED; the paper's vehicle drives through."
+    "Why `switched` does not leave the corridor: its plans have no corridor rows near the goal, as in the"
+    " paper, but the last check of the body stays. Where a plan would cross a narrowing the vehicle "
+    "brakes and stands, BLOCKED; the paper's vehicle drives through."
 )
 BEYOND = (
-    "The preset `default` plans one arrival at rest, which every cycle brings nearer by the time passed, "
-    "instead of a goal cost at the end of a horizon that recedes with the vehicle and makes it creep. It "
-    "keeps the body 0.1 m inside the corridor and asks for no more."
+    "The preset `default` plans one arrival at rest, whose time to go falls by the elapsed time in every "
+    "cycle, instead of a goal cost at the end of a horizon that recedes with the vehicle and makes it "
+    "creep. It keeps the body 0.1 m inside the corridor and asks for no more."
 )
 FOR_BOTH = {
     "docking_inside": (SHARED, TRACED, BEYOND),
-    "docking_behind": ("What is different for all methods, and what `default` does, is said of Scenario 1.",),
+    "docking_behind": (
+        "What is different for all methods, and what `default` does, is described for Scenario 1.",
+    ),
 }
-"""What holds for both scenarios is said once."""
+"""Texts for both scenarios, printed once."""

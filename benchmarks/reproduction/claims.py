@@ -19,9 +19,9 @@ class Claim(NamedTuple):
     """An outcome as published.
 
     Attributes:
-        holds: whether it does of the figures by method, None where it cannot be said.
-        evidence: the figures that say so, of the figures by method.
-        cause: why it does not, as far as that is known.
+        holds: whether the claim holds for the figures by method; None: not measured.
+        evidence: the figures that show it.
+        cause: the reason if it does not hold, if it is known.
     """
 
     text: str
@@ -133,6 +133,6 @@ def _turns(runs: Mapping[str, Figures], method: str) -> int:
 
 
 def missed_causes(scenario: str, measured: Mapping[str, Figures]) -> list[str]:
-    """Why what does not come out so does not, each reason once."""
+    """The reasons of the outcomes that are not reproduced, each once."""
     missed = [claim.cause for claim in claims(scenario) if claim.holds(measured) is False]
     return [cause for cause in dict.fromkeys(missed) if cause]

@@ -44,7 +44,7 @@ def courses_section(outcomes: Sequence[DrivenCase]) -> Section:
     told = courses_told(runs, presets) + (f" Those that do not dock: {missed}." if missed else "")
     docked = sum(run["docked"] for run in runs if run["preset"] == DEFAULT)
     count = sum(run["preset"] == DEFAULT for run in runs)
-    outcome = came_out("`default` docks on all drawn courses", docked == count, f"{docked} of {count}")
+    outcome = came_out("`default` docks on all random courses", docked == count, f"{docked} of {count}")
     return Section(
         name="courses",
         title="Drawn courses",

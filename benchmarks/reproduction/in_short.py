@@ -1,4 +1,4 @@
-"""The outcome on one page: times side by side, and which published outcomes come out."""
+"""The outcome on one page: times side by side, and which published outcomes are reproduced."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rti_mpcc.report.numbers import number
 
 _SAID = (
     "T is the first time inside the goal tolerance (0.05 m, 0.05 m, 2°), a dash where there is none. Preset "
-    "`default` has no counterpart in the paper: it stands beside `dynamic`, which it is to go beyond."
+    "`default` has no counterpart in the paper: it is compared with `dynamic`."
 )
 
 
@@ -28,16 +28,16 @@ def in_short(runs: Runs, made: Sequence[Section], first: int) -> list[Block]:
         for text in _sentences(section)
         if MISSED in text
     ]
-    told = "Those that do not; the section says why, as far as that is known:"
+    told = "Outcomes that are not reproduced; the section gives the reason, if it is known:"
     return [times_table(runs), found(counted(made)), *([say(told), *misses] if misses else [])]
 
 
 def counted(made: Sequence[Section]) -> str:
-    """How many of the outcomes that are looked at come out."""
+    """The numbers of outcomes, and of those reproduced or not measured."""
     sentences = [text for section in made for text in _sentences(section)]
-    came, missed, unsaid = (sum(word in text for text in sentences) for word in (CAME, MISSED, UNSAID))
-    rest = f"; of {unsaid} it cannot be said" if unsaid else ""
-    return f"Of {came + missed + unsaid} outcomes that are published, or wished for, {came} come out{rest}."
+    came, missed, unsaid = (sum(f": {word}" in text for text in sentences) for word in (CAME, MISSED, UNSAID))
+    rest = f"; {unsaid} not measured" if unsaid else ""
+    return f"Of {came + missed + unsaid} published or required outcomes {came} are reproduced{rest}."
 
 
 def _sentences(section: Section) -> list[str]:

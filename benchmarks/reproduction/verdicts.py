@@ -10,7 +10,7 @@ from benchmarks.reproduction.exactness import PoseError
 from rti_mpcc.report.numbers import number
 
 Figures = Mapping[str, Any]
-CAME, MISSED, UNSAID = "comes out so", "does not come out so", "cannot be said"
+CAME, MISSED, UNSAID = "reproduced", "not reproduced", "not measured"
 ENERGIES = {
     "acceleration": "acceleration",
     "steering_rate": "steering rate",
@@ -20,7 +20,7 @@ ENERGIES = {
 
 
 def came_out(claim: str, holds: bool | None, evidence: str = "") -> str:
-    """A claim, whether it holds (None: it cannot be said), and the figures that say so."""
+    """A claim, whether it holds (None: not measured), and the figures that show it."""
     word = UNSAID if holds is None else CAME if holds else MISSED
     return f"{claim}: {word}" + (f" ({evidence})." if evidence else ".")
 

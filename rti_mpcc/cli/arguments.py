@@ -46,8 +46,16 @@ def tolerance(text: str) -> float:
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "scenario": {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"},
-    "--method": {"choices": METHODS, "default": "dynamic", "help": "default: dynamic"},
-    "--preset": {"choices": PRESETS, "default": "default", "help": "default: default"},
+    "--method": {
+        "choices": METHODS,
+        "default": "dynamic",
+        "help": "method of the objective; default: dynamic",
+    },
+    "--preset": {
+        "choices": PRESETS,
+        "default": "default",
+        "help": "preset of all settings; default: default",
+    },
     "--seed": {
         "type": non_negative,
         "default": 0,

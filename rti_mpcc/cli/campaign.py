@@ -33,7 +33,7 @@ def add_campaign(commands: Commands) -> None:
         help="drive random variations of a scenario, say how often it docks",
         description="Drive N random variations of a scenario: keep a row of each in DIR/rows.jsonl, write "
         "DIR/report.json and DIR/report.html, and save the worst cases as scenario files in DIR/worst.",
-        epilog="Exit status: 0 all were driven, whatever became of them, 2 bad input or a lost cluster.",
+        epilog="Exit status: 0 all cases were driven, with any outcome, 2 bad input or a lost cluster.",
     )
     add_options(parser, "scenario")
     parts = f"parts that vary, some of {','.join(PARTS)}; default: all of them"

@@ -33,7 +33,8 @@ def add_replay(commands: Commands) -> None:
         epilog="Exit status: 0 identical, 1 a difference, 2 bad input.",
     )
     parser.add_argument("file", metavar="FILE", type=Path, help="file of `run --record`")
-    usual = "0: bit for bit; default: 0 on the machine and versions of the recording, 1e-9 elsewhere"
+    usual = "tolerated difference; 0: bit for bit; "
+    usual += "default: 0 on the machine and versions of the recording, 1e-9 elsewhere"
     parser.add_argument("--tolerance", type=tolerance, metavar="X", help=usual)
     whole = "replay the whole cycles of a truncated recording"
     parser.add_argument("--partial", action="store_true", help=whole)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from math import sqrt
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.optimum import CLEARANCE, STAGES, TOUCH, Docking, Motion, in_short, ratios
+from benchmarks.optimum import CLEARANCE, STAGES, TOUCH, Docking, Motion, in_short, page_text, ratios
+from benchmarks.tables import ROOT, told
 from rti_mpcc.simulation import Scenario, scenario_from_dict
 
 WAY = 12.0
@@ -91,5 +93,12 @@ def test_ratios_are_of_what_was_found() -> None:
     }
     lost = {"scenario": "two", "why": "it did not dock"}
     assert set(ratios(lost).values()) == {None}
-    told = in_short([{**run, **least}, lost])
-    assert "1.053 in the median, 1.053 at p95, of 1 of 2" in told
+    said = in_short([{**run, **least}, lost])
+    assert "median 1.053, p95 1.053 (1 of 2)" in said
+
+
+def test_the_page_is_what_the_recorded_runs_say() -> None:
+    content = json.loads((ROOT / "docs" / "optimum.json").read_text(encoding="utf-8"))
+    text = page_text(content["runs"], told(content["origin"]))
+    page = (ROOT / "docs" / "optimum.md").read_text(encoding="utf-8")
+    assert f"<!-- begin optimum -->\n{text}\n<!-- end optimum -->" in page

@@ -53,7 +53,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     said = capsys.readouterr()
     assert said.err == ""
     assert "there/reproduce.html" in said.out
-    assert "default docks on all drawn courses: does not come out so (0 of 2)." in said.out
+    assert "default docks on all random courses: not reproduced (0 of 2)." in said.out
     folder = Path("there")
     assert {file.name for file in folder.iterdir()} == {"reproduce.html", "reproduce.json", *PICTURES}
 

@@ -29,11 +29,9 @@ from rti_mpcc.paper.objective import DynamicContouring, sigma
 
 
 def test_outcomes_are_counted() -> None:
-    lines = ["One: comes out so.", "Two: does not come out so (3).", "Three: cannot be said.", "It docks."]
-    section = Section(name="one", title="One", blocks=[*map(found, lines), say("Not counted: comes out so.")])
-    assert counted([section]) == (
-        "Of 3 outcomes that are published, or wished for, 1 come out; of 1 it cannot be said."
-    )
+    lines = ["One: reproduced.", "Two: not reproduced (3).", "Three: not measured.", "It docks."]
+    section = Section(name="one", title="One", blocks=[*map(found, lines), say("Not counted: reproduced.")])
+    assert counted([section]) == ("Of 3 published or required outcomes 1 are reproduced; 1 not measured.")
 
 
 def figures(time: float | None, **changes: Any) -> dict[str, Any]:
@@ -59,10 +57,10 @@ def test_verdicts_are_computed() -> None:
     assert told[1].startswith("`separated` takes 1.53 times `dynamic` (paper 1.52, published code 1.54)")
     assert "with 1 change of direction; the body's clearance is 0.30 m" in told[2]
     assert [line.partition(": ")[2] for line in told[3:]] == [
-        "comes out so (here 30.00 s, paper 27.39 s, published code 27.33 s).",
-        "comes out so (1.53 times here, paper 1.52, published code 1.54).",
-        "does not come out so (0.80 times here, paper 1.80, published code 1.72).",
-        "comes out so (`switched` 1 and `dynamic` 0 here, 1 and 0 in the published code).",
+        "reproduced (here 30.00 s, paper 27.39 s, published code 27.33 s).",
+        "reproduced (1.53 times here, paper 1.52, published code 1.54).",
+        "not reproduced (0.80 times here, paper 1.80, published code 1.72).",
+        "reproduced (`switched` 1 and `dynamic` 0 here, 1 and 0 in the published code).",
     ]
     assert missed_causes("docking_inside", inside) == []
     early = {"dynamic": figures(30.0), "separated": figures(45.0), "switched": figures(None)}
@@ -79,7 +77,7 @@ def test_what_never_came_is_not_compared() -> None:
     assert "it does not dock (status blocked at the end, 0.50 m, −0.20 m and 5.7° off)" in told[2]
     assert [claim.holds(behind) for claim in claims("docking_behind")] == [True, None, True, True, False]
     assert missed_causes("docking_behind", behind) == [causes.SWITCHED_BEHIND]
-    assert any("`dynamic`: cannot be said (– times here, paper 2.07" in line for line in told)
+    assert any("`dynamic`: not measured (– times here, paper 2.07" in line for line in told)
     assert told[-1].endswith("(here it does not dock, clearance of the body 0.30 m; published code −1.35 m).")
     assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
         "`dynamic` never gets inside tolerance."
@@ -107,7 +105,7 @@ def spent(time: float | None, share: float, clearance: float = 0.12) -> dict[str
 def test_what_default_set_out_for_is_judged_by_the_run() -> None:
     assert all(aim.met for aim in aims(spent(21.0, 0.9), "docking_inside"))
     told = aims_told("docking_inside", aims(spent(21.0, 0.9), "docking_inside"))
-    assert told == "Scenario 1: `default` keeps to all that it set out for: comes out so."
+    assert told == "Scenario 1: `default` keeps to all that it set out for: reproduced."
     missed = [aim.words for aim in aims(spent(21.5, 1.1, 0.09), "docking_inside") if not aim.met]
     assert missed == [
         "time to tolerance T [s]",

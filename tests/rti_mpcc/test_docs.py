@@ -7,6 +7,7 @@ import pkgutil
 import re
 from collections import Counter
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import get_args
 
@@ -150,3 +151,22 @@ def test_names_and_files_of_the_code_exist(page: Path) -> None:
             pkgutil.resolve_name(f"{found}.{member}")
     for found in re.findall(r"`((?:geometry|estimation|rti_mpcc|tests|benchmarks)/[\w./]*)`", text):
         assert (ROOT / found).exists() or found in PENDING, found
+
+
+def classes() -> dict[str, list[type]]:
+    """All classes of the packages by name."""
+    found: dict[str, list[type]] = {}
+    for package in PACKAGES:
+        for module in pkgutil.walk_packages([str(ROOT / package)], f"{package}."):
+            for name, value in vars(import_module(module.name)).items():
+                if isinstance(value, type):
+                    found.setdefault(name, []).append(value)
+    return found
+
+
+def test_attributes_of_classes_exist() -> None:
+    known = classes()
+    for page in DOCUMENTS:
+        for name, attribute in re.findall(r"`([A-Z]\w+)\.(\w+)", page.read_text(encoding="utf-8")):
+            fields = [{*dir(each), *getattr(each, "model_fields", ())} for each in known.get(name, ())]
+            assert any(attribute in each for each in fields), f"{page.name}: {name}.{attribute}"
