@@ -25,6 +25,7 @@ from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
+MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -57,6 +58,8 @@ def context_of(
     along, distance = distance_left(here, theta, on_path, part, target)
     off = hypot(here.x - on_path.x, here.y - on_path.y)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
+    if s.task.hold is not None and s.task.hold.docked is not None:
+        stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here
     return PlanningContext(
         now=now,
         begin=now + config.dead_time,

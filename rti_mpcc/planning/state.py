@@ -21,6 +21,7 @@ from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.standstill import Motion
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
@@ -72,6 +73,22 @@ class Arrival:
     timed_for: Pose2
     overdue_since: float | None = None
     calm: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hold:
+    """A vehicle that is held at its dock.
+
+    Attributes:
+        anchor: pose of the rear axle where it is held; since: from when on [s].
+        integral: acceleration [m/s²] that is commanded to stay there.
+        docked: pose in the target's frame when it was found to stay there; None: not yet.
+    """
+
+    anchor: Pose2
+    since: float
+    integral: float
+    docked: Pose2 | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +148,7 @@ class VehicleEstimate:
         offsets: the estimated disturbance, or None; poses: of the last moments.
         heading_hint: remark on the first measured heading, or "".
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
+        motion: along its axis, of the last moments.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -138,6 +156,7 @@ class VehicleEstimate:
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
     standing_since: float | None = None
+    motion: Motion = field(default_factory=Motion)
 
     @property
     def disturbance(self) -> Disturbance:
@@ -209,7 +228,7 @@ class Task:
         halt: while the vehicle halts in front of something, or None.
         latched: why the vehicle was stopped, until a plan is driven again, or "".
         looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
-        stall: the last one, or None.
+        stall: the last one, or None; hold: while the vehicle is held at its dock, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan was started, or the last halt ended [s].
         at_once: commanded to stand, the vehicle brakes as hard as it can.
@@ -225,6 +244,7 @@ class Task:
     latched: str = ""
     looked_at: float | None = None
     stall: Stall | None = None
+    hold: Hold | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
     at_once: bool = False

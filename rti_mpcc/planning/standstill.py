@@ -1,0 +1,162 @@
+"""Does the vehicle stand? Judged by the measured speed, and by the poses of the last moments.
+
+A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
+the measured speeds explain, and the difference is added to the measured speed.
+
+A vehicle stands if it moves less than a third of the tolerance within `REST_TIME`: with the default tolerance
+of 5 cm if it is slower than 0.02 m/s. To be docked, it must also stay where it stands, see `stays`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, sin, sqrt
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.planning.plausibility import StateMonitor
+
+REST_TIME = 5.0 / 6.0
+"""A vehicle that stands moves by less than `REST_SHARE` of the tolerance in this time [s]."""
+REST_SHARE = 1.0 / 3.0
+MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
+WINDOW = 1.0  # [s] over which motion is looked at
+SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared
+NOISE = 3.0  # standard deviations that noise explains
+UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
+SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
+PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
+LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
+    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]."""
+
+    at: float
+    driven: float
+    told: float
+    unexplained: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """What poses and speeds say of the motion along the body's axis.
+
+    Attributes:
+        moments: of the last `WINDOW`.
+        pose: the last one, x [m], y [m], heading [rad]; speed: measured then [m/s].
+        noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+    """
+
+    moments: tuple[Moment, ...] = ()
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speed: float = 0.0
+    noise: tuple[float, float] = (0.0, 0.0)
+
+    def noted(self, monitor: StateMonitor, acceleration: float) -> Motion:
+        """With the estimate of this cycle; nothing is known of the time before one that is doubted.
+
+        `acceleration`: mean since the last cycle by commands and disturbance [m/s²].
+        """
+        state, now = monitor.state, monitor.at
+        if state is None or monitor.why:
+            return Motion()
+        pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
+        stds = monitor.noise.stds
+        noise = float(stds[0]), float(stds[3])
+        last = self.moments[-1] if self.moments else None
+        if last is not None and now == last.at:
+            return self
+        if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
+            return Motion(moments=(Moment(now, 0.0, 0.0, 0.0),), pose=pose, speed=speed, noise=noise)
+        heading = 0.5 * (pose[2] + self.pose[2])
+        step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
+        told = last.told + 0.5 * (speed + self.speed) * (now - last.at)
+        gained = speed - self.speed - acceleration * (now - last.at)
+        kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
+        moments = (*kept, Moment(now, last.driven + step, told, last.unexplained + gained))
+        return Motion(moments=moments, pose=pose, speed=speed, noise=noise)
+
+    def slip(self, least: float) -> float:
+        """By how much the poses move faster than the measured speeds say [m/s]; 0 if that is below `least`
+        or may be noise."""
+        found, std = _slope([(m.at, m.driven - m.told) for m in self._last(SLIP_TIME)], self.noise[0])
+        return found if abs(found) > max(least, NOISE * std) else 0.0
+
+    def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
+        """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
+        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise[0])
+
+    def spread(self, seconds: float = WINDOW) -> float:
+        """How far the poses of the last `seconds` are apart [m]."""
+        driven = [m.driven for m in self._last(seconds)]
+        return max(driven) - min(driven) if driven else 0.0
+
+    def unexplained(self) -> float:
+        """By how much the speed has changed in the last `SLIP_TIME` otherwise than expected [m/s]; what noise
+        explains is left out."""
+        found = [m.unexplained for m in self._last(SLIP_TIME)]
+        return max(max(found) - min(found) - NOISE * self.noise[1], 0.0) if found else 0.0
+
+    @property
+    def seconds(self) -> float:
+        """For which the motion is known [s]."""
+        return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
+
+    def _last(self, seconds: float) -> tuple[Moment, ...]:
+        now = self.moments[-1].at if self.moments else 0.0
+        return tuple(each for each in self.moments if now - each.at <= seconds + 1e-9)
+
+
+def rest_speed(config: ControllerConfig) -> float:
+    """A slower vehicle stands [m/s]."""
+    return REST_SHARE * min(config.goal_tolerance[:2]) / REST_TIME
+
+
+def standing_since(
+    since: float | None, motion: Motion, speeds: tuple[float, float], now: float, config: ControllerConfig
+) -> float | None:
+    """Since when the vehicle stands [s], or None.
+
+    `since`: of the last cycle; `speeds`: measured, and when a command of now starts to act [m/s].
+    """
+    least = rest_speed(config)
+    slip = motion.slip(0.5 * least)
+    speed = max(abs(each + slip) for each in speeds)
+    if speed > (least if since is None else MOVING_FACTOR * least):
+        return None
+    return now if since is None else since
+
+
+def stays(
+    motion: Motion, speeds: tuple[float, float], error: float, seconds: float, config: ControllerConfig
+) -> bool:
+    """Whether a vehicle that was held for `seconds` stays within a third of the tolerance of where it is.
+
+    At once if it moves as commanded and comes to rest near enough, even if the drive lags by `UNKNOWN_LAG`.
+    Otherwise after it has stood for `PROOF_TIME`. `error`: from where it is held [m].
+    """
+    most = REST_SHARE * min(config.goal_tolerance[:2])
+    slip = motion.slip(0.5 * rest_speed(config))
+    rolls = max(abs(each + slip) for each in speeds) * (config.dead_time + UNKNOWN_LAG)
+    if slip == 0.0 and abs(error) + rolls <= most and motion.unexplained() * SURPRISE_TIME <= most:
+        return True
+    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9 or abs(error) > most:
+        return False
+    speed, std = motion.pose_speed(PROOF_TIME)
+    spread = motion.spread(PROOF_TIME) - 2.0 * NOISE * motion.noise[0]
+    return spread <= 0.5 * most and abs(speed) * 2.0 * PROOF_TIME <= 0.5 * most + NOISE * std
+
+
+def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Slope of the line through points (t, value), and its standard deviation; `noise`: that of a value."""
+    n = len(points)
+    if n < 3:
+        return 0.0, 0.0
+    t0, y0 = sum(t for t, _ in points) / n, sum(y for _, y in points) / n
+    square = sum((t - t0) ** 2 for t, _ in points)
+    if square <= 0.0:
+        return 0.0, 0.0
+    return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
