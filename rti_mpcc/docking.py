@@ -293,7 +293,7 @@ class DockingController:
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
         asked = mean_acceleration(s.queue, last.monitor.at, clock.now)
-        motion = last.motion.noted(monitor, last.disturbance.acting(asked))
+        motion = last.motion.noted(monitor, asked, last.disturbance.acting(asked))
         vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint, motion=motion)
         vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)

@@ -10,7 +10,9 @@ of 5 cm if it is slower than 0.02 m/s. To be docked, it must also stay where it 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin, sqrt
+from math import cos, inf, sin, sqrt
+
+import numpy as np
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, V, X, Y
@@ -26,18 +28,22 @@ NOISE = 3.0  # standard deviations that noise explains
 UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
 PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
+LEAST_MOMENTS = 6  # for an acceleration by poses
 LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
     """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
-    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]."""
+    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `gained`, `planned`:
+    speed [m/s] and distance [m] by the commands alone."""
 
     at: float
-    driven: float
-    told: float
-    unexplained: float
+    driven: float = 0.0
+    told: float = 0.0
+    unexplained: float = 0.0
+    gained: float = 0.0
+    planned: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,10 +61,10 @@ class Motion:
     speed: float = 0.0
     noise: tuple[float, float] = (0.0, 0.0)
 
-    def noted(self, monitor: StateMonitor, acceleration: float) -> Motion:
+    def noted(self, monitor: StateMonitor, commanded: float, acting: float) -> Motion:
         """With the estimate of this cycle; nothing is known of the time before one that is doubted.
 
-        `acceleration`: mean since the last cycle by commands and disturbance [m/s²].
+        `commanded`: mean acceleration since the last cycle [m/s²]; `acting`: the same with the disturbance.
         """
         state, now = monitor.state, monitor.at
         if state is None or monitor.why:
@@ -70,14 +76,21 @@ class Motion:
         if last is not None and now == last.at:
             return self
         if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
-            return Motion(moments=(Moment(now, 0.0, 0.0, 0.0),), pose=pose, speed=speed, noise=noise)
+            return Motion(moments=(Moment(now),), pose=pose, speed=speed, noise=noise)
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
-        told = last.told + 0.5 * (speed + self.speed) * (now - last.at)
-        gained = speed - self.speed - acceleration * (now - last.at)
+        seconds = now - last.at
+        gained = commanded * seconds
+        moment = Moment(
+            now,
+            driven=last.driven + step,
+            told=last.told + 0.5 * (speed + self.speed) * seconds,
+            unexplained=last.unexplained + speed - self.speed - acting * seconds,
+            gained=last.gained + gained,
+            planned=last.planned + (last.gained + 0.5 * gained) * seconds,
+        )
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
-        moments = (*kept, Moment(now, last.driven + step, told, last.unexplained + gained))
-        return Motion(moments=moments, pose=pose, speed=speed, noise=noise)
+        return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
     def slip(self, least: float) -> float:
         """By how much the poses move faster than the measured speeds say [m/s]; 0 if that is below `least`
@@ -95,10 +108,20 @@ class Motion:
         return max(driven) - min(driven) if driven else 0.0
 
     def unexplained(self) -> float:
-        """By how much the speed has changed in the last `SLIP_TIME` otherwise than expected [m/s]; what noise
-        explains is left out."""
+        """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
+        within `SLIP_TIME`, or evenly within `WINDOW`."""
         found = [m.unexplained for m in self._last(SLIP_TIME)]
-        return max(max(found) - min(found) - NOISE * self.noise[1], 0.0) if found else 0.0
+        at_once = max(found) - min(found) - NOISE * self.noise[1] if found else 0.0
+        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
+        return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
+
+    def beside(self) -> tuple[float, float]:
+        """Acceleration that acts beside the commands [m/s²], by the poses of the last `WINDOW`, and its standard
+        deviation; infinite where too little is known."""
+        points = [(m.at, m.driven - m.planned) for m in self.moments]
+        if self.seconds < 0.5 * WINDOW or len(points) < LEAST_MOMENTS:
+            return 0.0, inf
+        return _curvature(points, self.noise[0])
 
     @property
     def seconds(self) -> float:
@@ -141,13 +164,14 @@ def stays(
     most = REST_SHARE * min(config.goal_tolerance[:2])
     slip = motion.slip(0.5 * rest_speed(config))
     rolls = max(abs(each + slip) for each in speeds) * (config.dead_time + UNKNOWN_LAG)
-    if slip == 0.0 and abs(error) + rolls <= most and motion.unexplained() * SURPRISE_TIME <= most:
+    surprise = motion.unexplained() * SURPRISE_TIME
+    if slip == 0.0 and abs(error) + rolls <= most and surprise <= most:
         return True
-    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9 or abs(error) > most:
+    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9 or max(rolls, 0.25 * surprise) > 0.5 * most:
         return False
     speed, std = motion.pose_speed(PROOF_TIME)
     spread = motion.spread(PROOF_TIME) - 2.0 * NOISE * motion.noise[0]
-    return spread <= 0.5 * most and abs(speed) * 2.0 * PROOF_TIME <= 0.5 * most + NOISE * std
+    return spread <= 0.5 * most and abs(speed) * PROOF_TIME <= 0.5 * most + NOISE * std
 
 
 def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
@@ -160,3 +184,12 @@ def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, floa
     if square <= 0.0:
         return 0.0, 0.0
     return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
+
+
+def _curvature(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Second derivative of the parabola through points (t, value), and its standard deviation."""
+    t, y = np.array(points).T
+    t = t - t.mean()
+    shape = t**2 - (t**2).mean() - t * float((t**3).sum() / (t**2).sum())
+    square = float((shape**2).sum())
+    return 2.0 * float(shape @ y) / square, 2.0 * noise / sqrt(square)

@@ -26,11 +26,12 @@ from rti_mpcc.types import Source
 DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
-K_I: Final = 0.25 * K_P * K_D / 3.0  # [1/s³]
+K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
 STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
 """Phases in which a vehicle that stands does not drive off in the next cycle."""
+KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an acceleration by poses is heeded
 FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 
@@ -44,7 +45,8 @@ def held(s: ControllerState, context: PlanningContext, config: ControllerConfig)
         if standstill.stays(s.vehicle.motion, speeds, ahead, s.now - hold.since, config):
             hold = replace(hold, docked=context.standing_error)
             if s.now - hold.since >= standstill.PROOF_TIME:  # it stands: right here it is held
-                hold = replace(hold, anchor=hold.anchor.compose(Pose2(ahead, 0.0, 0.0)))
+                here, integral = hold.anchor.compose(Pose2(ahead, 0.0, 0.0)), _balancing(s, config)
+                hold = replace(hold, anchor=here, integral=integral)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
 
@@ -71,15 +73,17 @@ def _ahead(hold: Hold, context: PlanningContext) -> float:
 
 
 def _balancing(s: ControllerState, config: ControllerConfig) -> float:
-    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is.
+    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is: by the poses of the last moments,
+    or, where they are too noisy, by how the estimate answers the last command.
 
-    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain: known is how it
-    answers the last command, and for a small step from there the gain hardly matters.
+    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step from
+    the last command the gain hardly matters.
     """
-    disturbance, lately = s.vehicle.disturbance, 0.0
-    if s.queue:
-        lately = s.queue[-1].acceleration
-    return lately - disturbance.acting(lately)
+    beside, std = s.vehicle.motion.beside()
+    if std <= KNOWN_ACCELERATION:
+        return -beside
+    lately = s.queue[-1].acceleration if s.queue else 0.0
+    return lately - s.vehicle.disturbance.acting(lately)
 
 
 def too_fast(s: ControllerState, context: PlanningContext) -> bool:
