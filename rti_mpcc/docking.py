@@ -27,7 +27,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_of
-from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, queued
+from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
 from rti_mpcc.planning import aim, goals, sensing, stops, validation
@@ -292,10 +292,9 @@ class DockingController:
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
-        asked = mean_acceleration(s.queue, last.monitor.at, clock.now)
-        motion = last.motion.noted(monitor, asked, last.disturbance.acting(asked))
-        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint, motion=motion)
+        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
         vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
+        vehicle = replace(vehicle, motion=last.motion.noted(monitor, s.queue, last.disturbance))
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:

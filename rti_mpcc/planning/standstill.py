@@ -15,6 +15,8 @@ from math import cos, inf, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand, mean_acceleration
+from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning.plausibility import StateMonitor
 
@@ -35,13 +37,14 @@ LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 @dataclass(frozen=True, slots=True)
 class Moment:
     """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
-    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `gained`, `planned`:
+    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `speed`: measured [m/s]; `gained`, `planned`:
     speed [m/s] and distance [m] by the commands alone."""
 
     at: float
     driven: float = 0.0
     told: float = 0.0
     unexplained: float = 0.0
+    speed: float = 0.0
     gained: float = 0.0
     planned: float = 0.0
 
@@ -61,10 +64,12 @@ class Motion:
     speed: float = 0.0
     noise: tuple[float, float] = (0.0, 0.0)
 
-    def noted(self, monitor: StateMonitor, commanded: float, acting: float) -> Motion:
+    def noted(
+        self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
+    ) -> Motion:
         """With the estimate of this cycle; nothing is known of the time before one that is doubted.
 
-        `commanded`: mean acceleration since the last cycle [m/s²]; `acting`: the same with the disturbance.
+        `queue`, `disturbance`: as known in the last cycle.
         """
         state, now = monitor.state, monitor.at
         if state is None or monitor.why:
@@ -76,16 +81,18 @@ class Motion:
         if last is not None and now == last.at:
             return self
         if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
-            return Motion(moments=(Moment(now),), pose=pose, speed=speed, noise=noise)
+            return Motion(moments=(Moment(now, speed=speed),), pose=pose, speed=speed, noise=noise)
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
+        commanded = mean_acceleration(queue, last.at, now)
         gained = commanded * seconds
         moment = Moment(
             now,
             driven=last.driven + step,
             told=last.told + 0.5 * (speed + self.speed) * seconds,
-            unexplained=last.unexplained + speed - self.speed - acting * seconds,
+            unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
+            speed=speed,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
         )
@@ -115,13 +122,25 @@ class Motion:
         change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
         return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
 
+    def change_of_command(self) -> float:
+        """By how much the commanded acceleration has changed within `WINDOW` [m/s²], on the mean of its halves."""
+        half = [m for m in self.moments if self.moments[-1].at - m.at >= 0.5 * WINDOW - 1e-9]
+        if not half or half[-1].at == self.moments[0].at:
+            return inf
+        first, middle, last = self.moments[0], half[-1], self.moments[-1]
+        later = (last.gained - middle.gained) / (last.at - middle.at)
+        return abs(later - (middle.gained - first.gained) / (middle.at - first.at))
+
     def beside(self) -> tuple[float, float]:
-        """Acceleration that acts beside the commands [m/s²], by the poses of the last `WINDOW`, and its standard
-        deviation; infinite where too little is known."""
-        points = [(m.at, m.driven - m.planned) for m in self.moments]
-        if self.seconds < 0.5 * WINDOW or len(points) < LEAST_MOMENTS:
+        """Acceleration that acts beside the commands [m/s²], by the poses or by the speeds of the last `WINDOW`,
+        whichever is less noisy, and its standard deviation; infinite where too little is known."""
+        if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
-        return _curvature(points, self.noise[0])
+        by_poses = _curvature([(m.at, m.driven - m.planned) for m in self.moments], self.noise[0])
+        if self.slip(0.0) != 0.0:
+            return by_poses
+        by_speeds = _slope([(m.at, m.speed - m.gained) for m in self.moments], self.noise[1])
+        return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property
     def seconds(self) -> float:
@@ -153,25 +172,30 @@ def standing_since(
     return now if since is None else since
 
 
-def stays(
-    motion: Motion, speeds: tuple[float, float], error: float, seconds: float, config: ControllerConfig
+def stays_at_once(
+    motion: Motion, seconds: float, speeds: tuple[float, float], error: float, config: ControllerConfig
 ) -> bool:
-    """Whether a vehicle that was held for `seconds` stays within a third of the tolerance of where it is.
-
-    At once if it moves as commanded and comes to rest near enough, even if the drive lags by `UNKNOWN_LAG`.
-    Otherwise after it has stood for `PROOF_TIME`. `error`: from where it is held [m].
-    """
-    most = REST_SHARE * min(config.goal_tolerance[:2])
-    slip = motion.slip(0.5 * rest_speed(config))
-    rolls = max(abs(each + slip) for each in speeds) * (config.dead_time + UNKNOWN_LAG)
-    surprise = motion.unexplained() * SURPRISE_TIME
-    if slip == 0.0 and abs(error) + rolls <= most and surprise <= most:
-        return True
-    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9 or max(rolls, 0.25 * surprise) > 0.5 * most:
+    """Whether a vehicle that moves as commanded comes to rest within a third of the tolerance of where it is
+    held, `error` [m] behind it, even if the drive lags by `UNKNOWN_LAG`. `seconds`: for which it was held."""
+    if seconds > SLIP_TIME:
         return False
-    speed, std = motion.pose_speed(PROOF_TIME)
+    most = REST_SHARE * min(config.goal_tolerance[:2])
+    if motion.slip(0.5 * rest_speed(config)) != 0.0 or motion.unexplained() * SURPRISE_TIME > most:
+        return False
+    return abs(error) + max(map(abs, speeds)) * (config.dead_time + UNKNOWN_LAG) <= most
+
+
+def stays_after_all(motion: Motion, seconds: float, config: ControllerConfig) -> bool:
+    """Whether a vehicle that was held for `seconds` has stood for `PROOF_TIME`, and its commands have hardly
+    changed, so that what a drive that lags by `UNKNOWN_LAG` still makes of them is little."""
+    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9:
+        return False
+    most = REST_SHARE * min(config.goal_tolerance[:2])
+    speed, std = motion.pose_speed(SLIP_TIME)
     spread = motion.spread(PROOF_TIME) - 2.0 * NOISE * motion.noise[0]
-    return spread <= 0.5 * most and abs(speed) * PROOF_TIME <= 0.5 * most + NOISE * std
+    slow = abs(speed) * (config.dead_time + UNKNOWN_LAG) <= 0.5 * most + NOISE * std
+    steady = motion.change_of_command() * UNKNOWN_LAG <= 0.5 * most + NOISE * motion.noise[0]
+    return spread <= 0.5 * most and slow and steady
 
 
 def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:

@@ -81,13 +81,14 @@ class Hold:
 
     Attributes:
         anchor: pose of the rear axle where it is held; since: from when on [s].
-        integral: acceleration [m/s²] that is commanded to stay there.
+        integral: acceleration [m/s²] that is commanded to stay there; balanced: when it was found last [s].
         docked: pose in the target's frame when it was found to stay there; None: not yet.
     """
 
     anchor: Pose2
     since: float
     integral: float
+    balanced: float
     docked: Pose2 | None = None
 
 

@@ -27,6 +27,7 @@ DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
+LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
 STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
@@ -39,14 +40,23 @@ def held(s: ControllerState, context: PlanningContext, config: ControllerConfig)
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
     hold = s.task.hold
     if hold is None:
-        hold = Hold(anchor=_anchor(context), since=s.now, integral=_balancing(s, config))
-    if hold.docked is None and context.inside(context.standing_error):
+        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=_balancing(s, config))
+    error = context.standing_error
+    if hold.docked is None and context.inside(error):
         speeds, ahead = (context.measured_speed, float(context.state[V])), _ahead(hold, context)
-        if standstill.stays(s.vehicle.motion, speeds, ahead, s.now - hold.since, config):
+        if _balanced_for_sure(hold, s, config) and standstill.stays_at_once(
+            s.vehicle.motion, s.now - hold.since, speeds, ahead, config
+        ):
             hold = replace(hold, docked=context.standing_error)
-            if s.now - hold.since >= standstill.PROOF_TIME:  # it stands: right here it is held
-                here, integral = hold.anchor.compose(Pose2(ahead, 0.0, 0.0)), _balancing(s, config)
-                hold = replace(hold, anchor=here, integral=integral)
+        elif abs(error.x) <= LARGEST_SHARE * context.tolerance[0] and standstill.stays_after_all(
+            s.vehicle.motion, s.now - hold.since, config
+        ):
+            here, integral = hold.anchor.compose(Pose2(ahead, 0.0, 0.0)), _balancing(s, config)
+            hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
+    if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
+        # By half, so that it does not swing with a drive that lags.
+        integral = 0.5 * (hold.integral + _balancing(s, config))
+        hold = replace(hold, integral=integral, balanced=s.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
 
@@ -84,6 +94,13 @@ def _balancing(s: ControllerState, config: ControllerConfig) -> float:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
     return lately - s.vehicle.disturbance.acting(lately)
+
+
+def _balanced_for_sure(hold: Hold, s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the estimated disturbance alone asks for about the same acceleration: an error of it moves the
+    vehicle by less than half of a third of the tolerance."""
+    most = 0.5 * standstill.REST_SHARE * min(config.goal_tolerance[:2])
+    return abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) <= K_P * most
 
 
 def too_fast(s: ControllerState, context: PlanningContext) -> bool:
