@@ -23,7 +23,7 @@ from rti_mpcc.planning.state import ControllerState, Halt, Phase
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import causes, contact, escape, fallback, limiter, stopping
+from rti_mpcc.safety import causes, contact, escape, fallback, holding, limiter, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, sought
@@ -52,7 +52,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """What safety asks for comes before what the phase asks for."""
-    since = standing_since(s, context)
+    since = standing_since(s, context, w.config)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
     overlap = contact.overlap_now(s, context, w.config)
@@ -180,12 +180,25 @@ def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason, stop = _STANDS_AT[s.task.segment.end], s.task.stop
     if reason is Reason.DOCKED:
-        verdict = _at_goal(s, context, w)
-    elif reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
+        return _hold_at_goal(s, context, w)
+    if reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
         verdict = Verdict(reason, causes.before_stop(stop, context, w.config))
     else:
         verdict = Verdict(reason)
     return _stop(s, context, w, verdict)
+
+
+def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Stay at the dock; docked once the vehicle is found to stay there."""
+    s = holding.held(s, context, w.config)
+    hold = s.task.hold
+    assert hold is not None
+    verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
+    if holding.too_fast(s, context):
+        return _stop(s, context, w, verdict)
+    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    control, hold = holding.control(hold, s, context, w.config)
+    return Driven(replace(s, task=replace(s.task, hold=hold)), ControlDecision(control, verdict, motion))
 
 
 def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:

@@ -313,6 +313,8 @@ class Command:
         diagnostics: how it came about.
         goal: the setpoint; None where there is none, or none was accepted.
         mission: the state of the mission; None without one.
+        hold: stand still, and set the brake if there is one: the vehicle has come to rest and is to stay. The
+            other fields hold it without a brake.
     """
 
     acceleration: float
@@ -326,3 +328,4 @@ class Command:
     diagnostics: Diagnostics
     goal: GoalSetpoint | None = None
     mission: MissionReport | None = None
+    hold: bool = False

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from math import hypot
 
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
+from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import DUE_SHARE
-from rti_mpcc.planning.state import MOVING_SPEED, STANDSTILL_SPEED, ControllerState, Phase
+from rti_mpcc.planning.state import MOVING_SPEED, STANDSTILL_SPEED, ControllerState, Hold, Phase
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
@@ -21,6 +23,7 @@ TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion 
 OVERDUE_TIME = 4.0  # [s] beyond LEAST_TIME: the arrival comes no nearer, even if noise hides a standstill
 OUTSIDE_TIME = 0.3  # [s] just outside the tolerance, after which a vehicle that holds is outside,
 OUTSIDE_SHARE = 2.0  # or beyond this times the tolerance
+MOVED_SHARE = 1.0 / 3.0  # of the tolerance, by which a docked vehicle or its dock has moved if it is outside
 SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; a stalled vehicle sees no move
 SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
 DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
@@ -40,7 +43,11 @@ def stands_outside(s: ControllerState, context: PlanningContext, config: Control
     since = s.task.outside_since
     if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
         return False
-    far = not context.inside(context.error, OUTSIDE_SHARE)
+    hold, error = s.task.hold, context.error
+    if hold is not None and hold.docked is None:
+        return context.now - since >= OUTSIDE_TIME
+    noise = 0.0 if hold is None else standstill.NOISE * s.vehicle.motion.noise[0]
+    far = not context.inside(error, OUTSIDE_SHARE) and hypot(error.x, error.y) >= noise
     return context.now - since >= OUTSIDE_TIME or far
 
 
@@ -132,24 +139,41 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
     return since is not None and context.now - since >= OVERDUE_TIME
 
 
-def standing_since(s: ControllerState, context: PlanningContext) -> float | None:
+def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
     """Since when the vehicle stands [s], or None."""
-    stood = s.vehicle.standing_since
-    speed = max(abs(context.measured_speed), abs(float(context.state[V])))
-    if speed > (STANDSTILL_SPEED if stood is None else MOVING_SPEED):
-        return None
-    return context.now if stood is None else stood
+    vehicle, speeds = s.vehicle, (context.measured_speed, float(context.state[V]))
+    return standstill.standing_since(vehicle.standing_since, vehicle.motion, speeds, context.now, config)
 
 
-def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
+def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
     """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
     task = s.task
+    if task.hold is not None:
+        away = _is_away(task.hold, context, config)
+        return (context.now if task.outside_since is None else task.outside_since) if away else None
     if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
     near = context.inside(context.error, OUTSIDE_SHARE)
     if not context.free or (near and context.inside(context.standing_error)):
         return None
     return context.now if task.outside_since is None else task.outside_since
+
+
+def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle that is held is outside the tolerance.
+
+    Once docked, it or the dock must have moved: noise is no motion.
+    Before, a drive that lags may swing along its axis by `OUTSIDE_SHARE`, or by the least clearance.
+    """
+    error, mean = context.error, context.standing_error
+    if hold.docked is None:
+        length, across, turned = context.tolerance
+        swing = max(OUTSIDE_SHARE * length, config.clearance.least)
+        return abs(error.x) > swing or abs(error.y) > across or abs(error.phi) > turned
+    before = hold.docked
+    since = Pose2(mean.x - before.x, mean.y - before.y, mean.phi - before.phi)
+    moved = not context.inside(mean) and not context.within(since, MOVED_SHARE)
+    return moved or not context.inside(error, OUTSIDE_SHARE)
 
 
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:

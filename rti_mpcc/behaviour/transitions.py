@@ -83,7 +83,7 @@ def transition_by_condition(
     s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
-    since = conditions.outside_since(s, context)
+    since = conditions.outside_since(s, context, config)
     if since != s.task.outside_since:
         s = replace(s, task=replace(s.task, outside_since=since))
     for holds, phase in _BY_CONDITION[s.task.phase]:
@@ -106,9 +106,10 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
     """A vehicle that starts plans its segment again from where it is; one that holds is inside."""
     if phase is not STARTING:
         since = None if phase is HOLDING else s.task.outside_since
-        return replace(s, task=replace(s.task, phase=phase, outside_since=since))
+        hold = s.task.hold if phase is HOLDING else None
+        return replace(s, task=replace(s.task, phase=phase, outside_since=since, hold=hold))
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
         vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
-    task = replace(s.task, arrival=None, phase=STARTING, outside_since=None)
+    task = replace(s.task, arrival=None, phase=STARTING, outside_since=None, hold=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

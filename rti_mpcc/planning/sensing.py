@@ -25,6 +25,7 @@ from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
+MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -59,6 +60,8 @@ def context_of(
     begin = now + s.vehicle.dead_time
     acting = s.sent[-1].acting(begin, s.vehicle.actuators)[0] if s.sent else None
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
+    if s.task.hold is not None and s.task.hold.docked is not None:
+        stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here
     return PlanningContext(
         now=now,
         begin=begin,

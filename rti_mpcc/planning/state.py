@@ -23,6 +23,7 @@ from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.standstill import Motion
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
@@ -74,6 +75,23 @@ class Arrival:
     timed_for: Pose2
     overdue_since: float | None = None
     calm: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hold:
+    """A vehicle that is held at its dock.
+
+    Attributes:
+        anchor: pose of the rear axle where it is held; since: from when on [s].
+        integral: acceleration [m/s²] that is commanded to stay there; balanced: when it was found last [s].
+        docked: pose in the target's frame when it was found to stay there; None: not yet.
+    """
+
+    anchor: Pose2
+    since: float
+    integral: float
+    balanced: float
+    docked: Pose2 | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +153,7 @@ class VehicleEstimate:
         heading_hint: remark on the first measured heading, or "".
         actuators: dead times and lags of drive and steering; records: what is learnt of both.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
+        motion: along its axis, of the last moments.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -147,6 +166,7 @@ class VehicleEstimate:
         default_factory=lambda: (ActuatorRecord(), ActuatorRecord())
     )
     standing_since: float | None = None
+    motion: Motion = field(default_factory=Motion)
 
     @property
     def dead_time(self) -> float:
@@ -222,7 +242,7 @@ class Task:
         halt: while the vehicle halts in front of something, or None.
         latched: why the vehicle was stopped, until a plan is driven again, or "".
         looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
-        stall: the last one, or None.
+        stall: the last one, or None; hold: while the vehicle is held at its dock, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan was started, or the last halt ended [s].
         at_once: commanded to stand, the vehicle brakes as hard as it can.
@@ -238,6 +258,7 @@ class Task:
     latched: str = ""
     looked_at: float | None = None
     stall: Stall | None = None
+    hold: Hold | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
     at_once: bool = False

@@ -20,6 +20,7 @@ from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Task
+from rti_mpcc.safety import holding
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import (
@@ -29,6 +30,7 @@ from rti_mpcc.types import (
     EffectiveWeights,
     Objective,
     Reason,
+    Source,
     Status,
     Trajectory,
     Verdict,
@@ -126,6 +128,7 @@ def _command(
         trajectory=_as_sent(plan, s.vehicle.disturbance),
         diagnostics=diagnostics,
         goal=s.goal_setpoint,
+        hold=control.source is Source.STANDSTILL and holding.stays_put(s),
     )
 
 

@@ -1,0 +1,219 @@
+"""Does the vehicle stand? Judged by the measured speed, and by the poses of the last moments.
+
+A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
+the measured speeds explain, and the difference is added to the measured speed.
+
+A vehicle stands if it moves less than a third of the tolerance within `REST_TIME`: with the default tolerance
+of 5 cm if it is slower than 0.02 m/s. To be docked, it must also stay where it stands, see `stays`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, inf, sin, sqrt
+
+import numpy as np
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand, mean_acceleration
+from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.planning.plausibility import StateMonitor
+
+REST_TIME = 5.0 / 6.0
+"""A vehicle that stands moves by less than `REST_SHARE` of the tolerance in this time [s]."""
+REST_SHARE = 1.0 / 3.0
+MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
+WINDOW = 1.0  # [s] over which motion is looked at
+SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared
+NOISE = 3.0  # standard deviations that noise explains
+UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
+SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
+PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
+LEAST_MOMENTS = 6  # for an acceleration by poses
+LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
+    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `speed`: measured [m/s]; `gained`, `planned`:
+    speed [m/s] and distance [m] by the commands alone."""
+
+    at: float
+    driven: float = 0.0
+    told: float = 0.0
+    unexplained: float = 0.0
+    speed: float = 0.0
+    gained: float = 0.0
+    planned: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """What poses and speeds say of the motion along the body's axis.
+
+    Attributes:
+        moments: of the last `WINDOW`.
+        pose: the last one, x [m], y [m], heading [rad]; speed: measured then [m/s].
+        noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+    """
+
+    moments: tuple[Moment, ...] = ()
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speed: float = 0.0
+    noise: tuple[float, float] = (0.0, 0.0)
+
+    def noted(
+        self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
+    ) -> Motion:
+        """With the estimate of this cycle; nothing is known of the time before one that is doubted.
+
+        `queue`, `disturbance`: as known in the last cycle.
+        """
+        state, now = monitor.state, monitor.at
+        if state is None or monitor.why:
+            return Motion()
+        pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
+        stds = monitor.noise.stds
+        noise = float(stds[0]), float(stds[3])
+        last = self.moments[-1] if self.moments else None
+        if last is not None and now == last.at:
+            return self
+        if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
+            return Motion(moments=(Moment(now, speed=speed),), pose=pose, speed=speed, noise=noise)
+        heading = 0.5 * (pose[2] + self.pose[2])
+        step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
+        seconds = now - last.at
+        commanded = mean_acceleration(queue, last.at, now)
+        gained = commanded * seconds
+        moment = Moment(
+            now,
+            driven=last.driven + step,
+            told=last.told + 0.5 * (speed + self.speed) * seconds,
+            unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
+            speed=speed,
+            gained=last.gained + gained,
+            planned=last.planned + (last.gained + 0.5 * gained) * seconds,
+        )
+        kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
+        return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
+
+    def slip(self, least: float) -> float:
+        """By how much the poses move faster than the measured speeds say [m/s]; 0 if that is below `least`
+        or may be noise."""
+        found, std = _slope([(m.at, m.driven - m.told) for m in self._last(SLIP_TIME)], self.noise[0])
+        return found if abs(found) > max(least, NOISE * std) else 0.0
+
+    def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
+        """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
+        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise[0])
+
+    def spread(self, seconds: float = WINDOW) -> float:
+        """How far the poses of the last `seconds` are apart [m]."""
+        driven = [m.driven for m in self._last(seconds)]
+        return max(driven) - min(driven) if driven else 0.0
+
+    def unexplained(self) -> float:
+        """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
+        within `SLIP_TIME`, or evenly within `WINDOW`."""
+        found = [m.unexplained for m in self._last(SLIP_TIME)]
+        at_once = max(found) - min(found) - NOISE * self.noise[1] if found else 0.0
+        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
+        return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
+
+    def change_of_command(self) -> float:
+        """By how much the commanded acceleration has changed within `WINDOW` [m/s²], on the mean of its halves."""
+        half = [m for m in self.moments if self.moments[-1].at - m.at >= 0.5 * WINDOW - 1e-9]
+        if not half or half[-1].at == self.moments[0].at:
+            return inf
+        first, middle, last = self.moments[0], half[-1], self.moments[-1]
+        later = (last.gained - middle.gained) / (last.at - middle.at)
+        return abs(later - (middle.gained - first.gained) / (middle.at - first.at))
+
+    def beside(self) -> tuple[float, float]:
+        """Acceleration that acts beside the commands [m/s²], by the poses or by the speeds of the last `WINDOW`,
+        whichever is less noisy, and its standard deviation; infinite where too little is known."""
+        if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
+            return 0.0, inf
+        by_poses = _curvature([(m.at, m.driven - m.planned) for m in self.moments], self.noise[0])
+        if self.slip(0.0) != 0.0:
+            return by_poses
+        by_speeds = _slope([(m.at, m.speed - m.gained) for m in self.moments], self.noise[1])
+        return min(by_poses, by_speeds, key=lambda each: each[1])
+
+    @property
+    def seconds(self) -> float:
+        """For which the motion is known [s]."""
+        return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
+
+    def _last(self, seconds: float) -> tuple[Moment, ...]:
+        now = self.moments[-1].at if self.moments else 0.0
+        return tuple(each for each in self.moments if now - each.at <= seconds + 1e-9)
+
+
+def rest_speed(config: ControllerConfig) -> float:
+    """A slower vehicle stands [m/s]."""
+    return REST_SHARE * min(config.goal_tolerance[:2]) / REST_TIME
+
+
+def standing_since(
+    since: float | None, motion: Motion, speeds: tuple[float, float], now: float, config: ControllerConfig
+) -> float | None:
+    """Since when the vehicle stands [s], or None.
+
+    `since`: of the last cycle; `speeds`: measured, and when a command of now starts to act [m/s].
+    """
+    least = rest_speed(config)
+    slip = motion.slip(0.5 * least)
+    speed = max(abs(each + slip) for each in speeds)
+    if speed > (least if since is None else MOVING_FACTOR * least):
+        return None
+    return now if since is None else since
+
+
+def stays_at_once(
+    motion: Motion, seconds: float, speeds: tuple[float, float], error: float, config: ControllerConfig
+) -> bool:
+    """Whether a vehicle that moves as commanded comes to rest within a third of the tolerance of where it is
+    held, `error` [m] behind it, even if the drive lags by `UNKNOWN_LAG`. `seconds`: for which it was held."""
+    if seconds > SLIP_TIME:
+        return False
+    most = REST_SHARE * min(config.goal_tolerance[:2])
+    if motion.slip(0.5 * rest_speed(config)) != 0.0 or motion.unexplained() * SURPRISE_TIME > most:
+        return False
+    return abs(error) + max(map(abs, speeds)) * (config.dead_time + UNKNOWN_LAG) <= most
+
+
+def stays_after_all(motion: Motion, seconds: float, config: ControllerConfig) -> bool:
+    """Whether a vehicle that was held for `seconds` has stood for `PROOF_TIME`, and its commands have hardly
+    changed, so that what a drive that lags by `UNKNOWN_LAG` still makes of them is little."""
+    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9:
+        return False
+    most = REST_SHARE * min(config.goal_tolerance[:2])
+    speed, std = motion.pose_speed(SLIP_TIME)
+    spread = motion.spread(PROOF_TIME) - 2.0 * NOISE * motion.noise[0]
+    slow = abs(speed) * (config.dead_time + UNKNOWN_LAG) <= 0.5 * most + NOISE * std
+    steady = motion.change_of_command() * UNKNOWN_LAG <= 0.5 * most + NOISE * motion.noise[0]
+    return spread <= 0.5 * most and slow and steady
+
+
+def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Slope of the line through points (t, value), and its standard deviation; `noise`: that of a value."""
+    n = len(points)
+    if n < 3:
+        return 0.0, 0.0
+    t0, y0 = sum(t for t, _ in points) / n, sum(y for _, y in points) / n
+    square = sum((t - t0) ** 2 for t, _ in points)
+    if square <= 0.0:
+        return 0.0, 0.0
+    return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
+
+
+def _curvature(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Second derivative of the parabola through points (t, value), and its standard deviation."""
+    t, y = np.array(points).T
+    t = t - t.mean()
+    shape = t**2 - (t**2).mean() - t * float((t**3).sum() / (t**2).sum())
+    square = float((shape**2).sum())
+    return 2.0 * float(shape @ y) / square, 2.0 * noise / sqrt(square)

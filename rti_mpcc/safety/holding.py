@@ -1,0 +1,122 @@
+"""A vehicle that is held where it docked: a position loop along the body's axis, with the wheels still.
+
+(H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e
+
+u is what is commanded, e [m] how far the vehicle is ahead of its anchor, v its speed, both when the command
+starts to act. i balances what acts besides: a slope, or the creep torque of a drive. It starts from the
+estimated disturbance, which is ignored from then on: if the drive lags, that estimate follows the loop's own
+motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`, and are stable up to a lag
+of more than twice that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.planning import standstill
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.state import ControllerState, Hold, Phase
+from rti_mpcc.safety.fallback import SETTLING_TIME, ControlInput
+from rti_mpcc.types import Source
+
+DESIGN_LAG: Final = 0.2  # [s]
+K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
+K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
+K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
+LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
+ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
+LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
+STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
+"""Phases in which a vehicle that stands does not drive off in the next cycle."""
+KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an acceleration by poses is heeded
+FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
+
+
+def held(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
+    hold = s.task.hold
+    if hold is None:
+        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=_balancing(s, config))
+    error = context.standing_error
+    if hold.docked is None and context.inside(error):
+        speeds, ahead = (context.measured_speed, float(context.state[V])), _ahead(hold, context)
+        if _balanced_for_sure(hold, s, config) and standstill.stays_at_once(
+            s.vehicle.motion, s.now - hold.since, speeds, ahead, config
+        ):
+            hold = replace(hold, docked=context.standing_error)
+        elif abs(error.x) <= LARGEST_SHARE * context.tolerance[0] and standstill.stays_after_all(
+            s.vehicle.motion, s.now - hold.since, config
+        ):
+            here, integral = hold.anchor.compose(Pose2(ahead, 0.0, 0.0)), _balancing(s, config)
+            hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
+    if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
+        # By half, so that it does not swing with a drive that lags.
+        integral = 0.5 * (hold.integral + _balancing(s, config))
+        hold = replace(hold, integral=integral, balanced=s.now)
+    return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
+
+
+def stays_put(s: ControllerState) -> bool:
+    """Whether the vehicle is to stay where it stands, so that a brake may be set."""
+    hold = s.task.hold
+    if hold is not None:
+        return hold.docked is not None
+    return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
+
+
+def _anchor(context: PlanningContext) -> Pose2:
+    """Where the vehicle comes to rest, drawn into the tolerance along its axis."""
+    x, y, phi = context.state[[X, Y, PHI]].tolist()
+    ahead, most = context.error.x, ANCHOR_SHARE * context.tolerance[0]
+    rest = ahead + float(context.state[V]) * SETTLING_TIME
+    return Pose2(x, y, phi).compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
+
+
+def _ahead(hold: Hold, context: PlanningContext) -> float:
+    """How far the vehicle is ahead of its anchor along its axis [m]."""
+    x, y, phi = context.state[[X, Y, PHI]].tolist()
+    return Pose2(x, y, phi).relative_to(hold.anchor).x
+
+
+def _balancing(s: ControllerState, config: ControllerConfig) -> float:
+    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is: by the poses of the last moments,
+    or, where they are too noisy, by how the estimate answers the last command.
+
+    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step from
+    the last command the gain hardly matters.
+    """
+    beside, std = s.vehicle.motion.beside()
+    if std <= KNOWN_ACCELERATION:
+        return -beside
+    lately = s.queue[-1].acceleration if s.queue else 0.0
+    return lately - s.vehicle.disturbance.acting(lately)
+
+
+def _balanced_for_sure(hold: Hold, s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the estimated disturbance alone asks for about the same acceleration: an error of it moves the
+    vehicle by less than half of a third of the tolerance."""
+    most = 0.5 * standstill.REST_SHARE * min(config.goal_tolerance[:2])
+    return abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) <= K_P * most
+
+
+def too_fast(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether the vehicle has to be braked rather than held: it was pushed, say."""
+    return abs(float(context.state[V])) > FASTEST
+
+
+def control(
+    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> tuple[ControlInput, Hold]:
+    """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
+    e = _ahead(hold, context)
+    v = float(context.state[V]) + s.vehicle.motion.slip(0.5 * standstill.rest_speed(config))
+    integral = hold.integral - K_I * e * config.cycle
+    integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
+    most = config.limits.acceleration
+    commanded = min(max(integral - K_P * e - K_D * v, -most), most)
+    acting = s.vehicle.disturbance.acting(commanded)
+    return ControlInput(acting, 0.0, Source.STANDSTILL), replace(hold, integral=integral)
