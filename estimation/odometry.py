@@ -119,15 +119,16 @@ class Track:
         moves = (last.along - before.along) / (last.at - before.at)
         return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
 
-    def told_at(self, at: float) -> float:
-        """(W2) at a time [s], at the ends that of the nearest moment."""
+    def ways_at(self, at: float) -> tuple[float, float]:
+        """`told` and `driven` at a time [s], at the ends those of the nearest moment."""
         later = self.moments[-1]
         for each in reversed(self.moments):
             if each.at <= at:
-                share = (at - each.at) / (later.at - each.at) if later.at > each.at else 0.0
-                return each.told + min(share, 1.0) * (later.told - each.told)
+                share = min((at - each.at) / (later.at - each.at), 1.0) if later.at > each.at else 0.0
+                told = each.told + share * (later.told - each.told)
+                return told, each.driven + share * (later.driven - each.driven)
             later = each
-        return later.told
+        return later.told, later.driven
 
     def believing(self, steering: float) -> Track:
         """With what is believed of the present steering [rad]."""

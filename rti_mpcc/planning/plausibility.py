@@ -18,7 +18,7 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.sensors import Asked, Sensors, compared, noise_of
+from estimation.sensors import Asked, Geometry, Sensors, compared, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -200,7 +200,8 @@ def _sensed(
     if sensors.track is None or not alike or now <= sensors.track.last.at:
         return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
     noise = noise_of(last.noise.stds, last.noise.pairs)
-    return compared(sensors, now, read, asked, noise, config.vehicle.wheelbase)
+    body = Geometry(config.vehicle.wheelbase, config.limits.steering)
+    return compared(sensors, now, read, asked, noise, body)
 
 
 def _first(
