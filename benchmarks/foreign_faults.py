@@ -46,7 +46,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig()
-SECONDS = {"path": 45.0, "bay": 60.0, "mission": 75.0}
+SECONDS = {"path": 60.0, "bay": 75.0, "mission": 90.0}
 """Length of a ride [s], longer than a healthy one takes."""
 TOP_SPEED_SHARE, TOP_SPEED_MORE = 1.3, 0.05
 """A faulty ride is at most so much faster than the healthy one: a share, and [m/s]."""

@@ -141,7 +141,7 @@ def validate_measurement(
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
     if sensors.pose:
-        agrees = agrees and sensors.consistent
+        agrees = agrees and sensors.consistent and not sensors.elsewhere
     if frozen or sensors.pose or fault:
         agrees = agrees and last.tries < TRIES and abs(float(reckoned[V])) <= REST_SPEED
     state, noise = measured, last.noise.broken()
@@ -222,7 +222,9 @@ def _first(
             given=measured,
             measured=measured,
             reckoned=measured,
-            sensors=last.sensors.trusted(now, measured, float(measured[V]), float(measured[DELTA])),
+            sensors=replace(last.sensors, elsewhere=False).trusted(
+                now, measured, float(measured[V]), float(measured[DELTA])
+            ),
             found=found,
             noise=noise,
         )
