@@ -19,9 +19,10 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from benchmarks.foreign import STEP, Car, Event, Interface, Ride, drive
+from benchmarks.foreign import STEP, Array, Car, Event, Interface, Ride, drive
 from benchmarks.foreign_sensors import (
     NOISE,
+    VISIBLE,
     Fault,
     Faulty,
     dead_band,
@@ -45,7 +46,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig()
-SECONDS = {"path": 45.0, "bay": 60.0, "mission": 75.0}
+SECONDS = {"path": 60.0, "bay": 75.0, "mission": 90.0}
 """Length of a ride [s], longer than a healthy one takes."""
 TOP_SPEED_SHARE, TOP_SPEED_MORE = 1.3, 0.05
 """A faulty ride is at most so much faster than the healthy one: a share, and [m/s]."""
@@ -111,7 +112,7 @@ class Outcome:
 
     Attributes:
         ride, usual: the faulty and the healthy one; left: the body left the free space.
-        said: what the controller said first of the sensor, or ""; after: [m] driven since the fault's begin.
+        said: what the controller said first of the sensor, or ""; after: [m] driven with a visible fault.
         kind, name: of the ride and of the fault.
     """
 
@@ -169,8 +170,10 @@ def _path() -> ReferencePath:
     )
 
 
-def ridden(kind: str, case: Case, interface: Interface, seed: int, *, noisy: bool = False) -> Ride:
-    """A ride with a fault, from a start of the seed."""
+def ridden(
+    kind: str, case: Case, interface: Interface, seed: int, *, noisy: bool = False
+) -> tuple[Ride, Array]:
+    """A ride with a fault, from a start of the seed; and in which cycles its sensor was wrong."""
     rng = np.random.default_rng(seed)
     dx, dy, turn = rng.uniform(-1.0, 1.0, 3) * (0.3, 0.2, 0.05)
     sensor = Faulty(case.fault, case.begin, NOISE if noisy else None)
@@ -194,7 +197,7 @@ def ridden(kind: str, case: Case, interface: Interface, seed: int, *, noisy: boo
         return steps(state, now=case.clock(now), **given)
 
     seconds = SECONDS[kind]
-    return drive(
+    ride = drive(
         told,
         car,
         start,
@@ -205,27 +208,33 @@ def ridden(kind: str, case: Case, interface: Interface, seed: int, *, noisy: boo
         goal=goal,
         seed=seed,
     )
+    return ride, np.array(sensor.wrong)
 
 
 @cache
 def healthy_ride(kind: str, interface: Interface, seed: int, noisy: bool) -> Ride:
     """The same without a fault."""
-    return ridden(kind, Case(), interface, seed, noisy=noisy)
+    return ridden(kind, Case(), interface, seed, noisy=noisy)[0]
 
 
 def judged(kind: str, name: str, interface: Interface, seed: int, *, noisy: bool = False) -> Outcome:
     """A ride with a fault, compared with the healthy one."""
     case = CASES[name]
-    ride = ridden(kind, case, interface, seed, noisy=noisy)
+    ride, wrong = ridden(kind, case, interface, seed, noisy=noisy)
     usual = healthy_ride(kind, interface, seed, noisy)
-    said, after = "", float("nan")
-    way = np.append(0.0, np.cumsum(np.abs(ride.truth[1:, 4])) * STEP)
-    began = way[min(round(case.begin / STEP), len(way) - 1)]
-    for t, command in zip(ride.stamps, ride.commands, strict=True):
+    if "rate" in case.car:
+        meant = np.array([command.steering for command in ride.commands])
+        at = np.minimum(np.round(ride.stamps / STEP).astype(int), len(ride.truth) - 1)
+        wrong = np.abs(meant - ride.truth[at, 5]) > VISIBLE[4]
+    said, after, driven = "", 0.0, np.abs(ride.truth[:, 4]) * STEP
+    per_cycle = round(CONFIG.cycle / STEP)
+    for k, command in enumerate(ride.commands):
         reason = command.diagnostics.reason
         if any(word in reason for word in case.named):
-            said, after = reason, float(way[min(round(t / STEP), len(way) - 1)] - began)
+            said = reason
             break
+        if wrong[k]:
+            after += float(driven[k * per_cycle + 1 : (k + 1) * per_cycle + 1].sum())
     return Outcome(ride, usual, ride.leaves(free_space(kind)), said, after, kind, name)
 
 

@@ -6,7 +6,7 @@ A `Faulty` sensor measures the truth with noise, and changes it from `begin` on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import cos, inf, sin
 
 import numpy as np
@@ -20,17 +20,24 @@ NOISE = (0.01, 0.01, 0.002, 0.01, 0.002)
 """Standard deviations of x, y [m], heading [rad], speed [m/s] and steering [rad] of a noisy sensor."""
 
 
+NAMES = ("x", "y", "phi", "v", "delta")
+VISIBLE = (0.05, 0.05, 0.02, 0.03, 0.04)
+"""A measurement farther off than this shows its fault."""
+
+
 @dataclass(slots=True)
 class Faulty:
     """A sensor with a fault from `begin` [s] on; `noise`: standard deviations (5,), or None.
 
-    It keeps the true row of the fault's begin: one ride, one sensor.
+    One ride, one sensor: it keeps the true row of the fault's begin, and for each cycle whether the fault can
+    be seen, `wrong`.
     """
 
     fault: Fault
     begin: float = 0.0
     noise: tuple[float, ...] | None = None
     row: Array | None = None
+    wrong: list[bool] = field(default_factory=list)
 
     def __call__(self, history: Array, rng: np.random.Generator) -> VehicleState:
         """As a `benchmarks.foreign.Sensor`."""
@@ -38,11 +45,13 @@ class Faulty:
         if history[-1, 0] >= self.begin - 1e-9:
             self.row = history[-1] if self.row is None else self.row
             measured = self.fault(measured, history, self.row)
+        true = state_of(history[-1])
+        off = (getattr(measured, name) - getattr(true, name) for name in NAMES)
+        self.wrong.append(any(abs(each) > least for each, least in zip(off, VISIBLE, strict=True)))
         if self.noise is None:
             return measured
-        off = rng.normal(0.0, self.noise).tolist()
-        names = ("x", "y", "phi", "v", "delta")
-        return replace(measured, **{n: getattr(measured, n) + e for n, e in zip(names, off, strict=True)})
+        noise = rng.normal(0.0, self.noise).tolist()
+        return replace(measured, **{n: getattr(measured, n) + e for n, e in zip(NAMES, noise, strict=True)})
 
 
 def healthy(measured: VehicleState, history: Array, began: Array) -> VehicleState:

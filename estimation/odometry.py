@@ -20,7 +20,7 @@ from typing import NamedTuple
 from estimation.types import Array
 from geometry import wrap
 
-LENGTH = 1.6  # [s] for which moments are kept
+LENGTH = 2.5  # [s] for which moments are kept
 _ACCELERATION = 0.02
 """Spectral density of an acceleration that was not commanded [m²/s³]: 0.1 m/s² over 0.5 s. The more, the
 noisier the speed of a noisy pose: 0.05 m/s for 1 cm at 20 Hz."""
@@ -119,15 +119,23 @@ class Track:
         moves = (last.along - before.along) / (last.at - before.at)
         return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
 
-    def told_at(self, at: float) -> float:
-        """(W2) at a time [s], at the ends that of the nearest moment."""
+    def since(self, seconds: float, late: float) -> Moment:
+        """As `before`, of moments that have one so much earlier [s]; the last one without any."""
+        then, known = self.before(seconds), self.moments[0].at + late - 1e-9
+        if then.at >= known:
+            return then
+        return next((each for each in self.moments if each.at >= known), self.last)
+
+    def ways_at(self, at: float) -> tuple[float, float]:
+        """`told` and `driven` at a time [s], at the ends those of the nearest moment."""
         later = self.moments[-1]
         for each in reversed(self.moments):
             if each.at <= at:
-                share = (at - each.at) / (later.at - each.at) if later.at > each.at else 0.0
-                return each.told + min(share, 1.0) * (later.told - each.told)
+                share = min((at - each.at) / (later.at - each.at), 1.0) if later.at > each.at else 0.0
+                told = each.told + share * (later.told - each.told)
+                return told, each.driven + share * (later.driven - each.driven)
             later = each
-        return later.told
+        return later.told, later.driven
 
     def believing(self, steering: float) -> Track:
         """With what is believed of the present steering [rad]."""
@@ -171,12 +179,24 @@ def moved_on(
     )
     kept = tuple(each for each in track.moments if each.at >= at - LENGTH)
     z, speed, p = _filtered(track, now.along, h, asked, max(noise, _LEAST_NOISE) ** 2)
-    agreed = 0.5 * (v + speed)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
-        off = agreed - now.explained
-        share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
-        now = now._replace(explained=now.explained + share * off)
+        now = _agreeing(now, 0.5 * (v + speed), h)
     return Track(moments=(*kept, now), z=z, v=speed, p=p, corrected=corrected)
+
+
+def agreeing(track: Track) -> Track:
+    """With the speed of (W3) led towards the measured one, which the pose confirms."""
+    if len(track.moments) < 2:
+        return track
+    now = track.last
+    led = _agreeing(now, now.v, now.at - track.moments[-2].at)
+    return replace(track, moments=(*track.moments[:-1], led))
+
+
+def _agreeing(now: Moment, speed: float, h: float) -> Moment:
+    off = speed - now.explained
+    share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
+    return now._replace(explained=now.explained + share * off)
 
 
 def _step(

@@ -315,7 +315,7 @@ class DockingController:
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
-        return s, (clock_remark, hint, found, *monitor.sensors.remarks)
+        return s, (clock_remark, hint, found, *sensing.sensor_remarks(monitor, known))
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """The remark on the first measured heading, as long as one as large is measured."""

@@ -18,7 +18,7 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.sensors import Asked, Sensors, compared, noise_of
+from estimation.sensors import Asked, Geometry, Sensors, compared, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -141,7 +141,7 @@ def validate_measurement(
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
     if sensors.pose:
-        agrees = agrees and sensors.consistent
+        agrees = agrees and sensors.consistent and not sensors.elsewhere
     if frozen or sensors.pose or fault:
         agrees = agrees and last.tries < TRIES and abs(float(reckoned[V])) <= REST_SPEED
     state, noise = measured, last.noise.broken()
@@ -200,7 +200,8 @@ def _sensed(
     if sensors.track is None or not alike or now <= sensors.track.last.at:
         return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
     noise = noise_of(last.noise.stds, last.noise.pairs)
-    return compared(sensors, now, read, asked, noise, config.vehicle.wheelbase)
+    body = Geometry(config.vehicle.wheelbase, config.limits.steering)
+    return compared(sensors, now, read, asked, noise, body)
 
 
 def _first(
@@ -221,7 +222,9 @@ def _first(
             given=measured,
             measured=measured,
             reckoned=measured,
-            sensors=last.sensors.trusted(now, measured, float(measured[V]), float(measured[DELTA])),
+            sensors=replace(last.sensors, elsewhere=False).trusted(
+                now, measured, float(measured[V]), float(measured[DELTA])
+            ),
             found=found,
             noise=noise,
         )

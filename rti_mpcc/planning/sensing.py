@@ -26,6 +26,7 @@ from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
 MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
+OFFSET_TOLD, OFFSET_STD = 0.04, 0.01  # [rad]; an offset of the steering that is told, known as well as this
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -139,6 +140,15 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
     asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
+
+
+def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
+    """What is said of sensors that the estimate does without, or corrects."""
+    offset = 0.0 if known is None or known.stds[1] > OFFSET_STD else known.steering
+    beside = (
+        f"steering sensor is {-offset:+.2f} rad off: it is corrected" if abs(offset) > OFFSET_TOLD else ""
+    )
+    return (*monitor.sensors.remarks, beside)
 
 
 def _moves_as_measured(monitor: StateMonitor) -> bool:
