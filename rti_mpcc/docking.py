@@ -296,8 +296,8 @@ class DockingController:
             last.monitor, measured, s.queue, clock.now, config, last.disturbance, late
         )
         s, found = actuation.learnt(s, monitor, clock.now, config)
-        if found:
-            last, monitor = s.vehicle, replace(monitor, steering_gap=0.0)
+        if s.vehicle.actuators != last.actuators:
+            monitor = replace(monitor, steering_gap=0.0)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
