@@ -31,8 +31,12 @@ MEMORY = 6.0
 REST_MEMORY = 1.0
 """At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
-INTERVAL = 0.1  # between two comparisons [s]
+INTERVAL = 0.1
+"""Between two comparisons [s]; `RARELY` times that, once it is known how the actuator answers."""
+RARELY = 5.0
+STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
+TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
 GAIN_STD = 0.15  # prior of c2
 REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
@@ -76,7 +80,9 @@ class ActuatorRecord:
             one; agreed: number of comparisons that found it.
         evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
             likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
-        obeys_setpoints: they explain the measurements better than the rates; corrected: it was, once.
+        obeys_setpoints: they explain the measurements better than the rates.
+        corrected: (dead time, lag) that the present model was corrected to first, or by more than `TOLD` [s]
+            last; None: it was not.
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
@@ -93,7 +99,7 @@ class ActuatorRecord:
     fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
     gathered_at: float | None = None
     obeys_setpoints: bool = False
-    corrected: bool = False
+    corrected: tuple[float, float] | None = None
     uncertain: float = UNKNOWN
 
     def restarted(self) -> ActuatorRecord:
@@ -136,7 +142,7 @@ def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
     return np.stack((integral, acting[1])), acting
 
 
-def observed(record: ActuatorRecord, value: float, at: float, *, at_rest: bool) -> ActuatorRecord:
+def observed(record: ActuatorRecord, value: float, at: float, at_rest: bool = False) -> ActuatorRecord:
     """With a measurement at `at` [s]."""
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
         return record
@@ -152,7 +158,11 @@ def compared(
     record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
-    if at - record.compared_at < INTERVAL - 1e-9 or len(record.stamps) < LEAST_COUNT:
+    interval = INTERVAL * (1.0 if record.uncertain > 0.0 or record.found else RARELY)
+    if at - record.compared_at < interval - 1e-9 or len(record.stamps) < LEAST_COUNT:
+        return record, None
+    moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
+    if moved < STILL * scale.least:
         return record, None
     noise, floor = _noise(record.measured), (0.1 * scale.least) ** 2
     by_interface = _residuals(record, at, noise + floor, scale.drift)
@@ -181,10 +191,15 @@ def compared(
         found=model if better else None,
         agreed=agreed,
         obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
-        corrected=record.corrected or changed is not None,
+        corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
         uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
     )
     return record, changed
+
+
+def _is_news(model: tuple[float, float], told: tuple[float, float] | None) -> bool:
+    """Whether a model answers so much earlier or later than the one that was told last."""
+    return told is None or abs(sum(model) - sum(told)) > TOLD
 
 
 def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:

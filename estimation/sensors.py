@@ -233,7 +233,7 @@ def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Se
     if wide is None:
         track = track if known.speed.problem else agreeing(track)
         return replace(known, track=track, speed=known.speed.judged("", way))
-    if known.speed.problem or not known.late and _blames_speed(track, wide):
+    if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(track.last.at - wide.then.at, 1e-3)
         by_pose = wide.moved / seconds
         problem = (

@@ -11,7 +11,7 @@ from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import still_acting
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.state import ControllerState, VehicleEstimate
 
 _log = logging.getLogger(__name__)
 
@@ -19,52 +19,54 @@ _log = logging.getLogger(__name__)
 def learnt(
     s: ControllerState, monitor: StateMonitor, now: float, config: ControllerConfig
 ) -> tuple[ControllerState, str]:
-    """The state with the actuators as they are found after this cycle's measurement, and a remark if changed.
+    """The state with the actuators as this cycle's measurement shows them, and a remark on what is corrected.
 
     `s`: of the last cycle; `monitor`: with this measurement, at `now` [s].
     """
     if not config.disturbance.enabled or monitor.measured is None:
         return s, ""
     vehicle, present = s.vehicle, s.vehicle.actuators
+    drive, steering = vehicle.records
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
-        drive, steering = vehicle.records
         return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), ""
-    out = going_out(s.sent, present, config.cycle)
-    drive, wheels = (out[0].acceleration, out[0].speed), (out[1].steering_rate, out[1].steering)
-    inputs = (drive, float(monitor.measured[V]), DRIVE, s.is_stationary)
-    turning = (wheels, float(monitor.measured[DELTA]), STEERING, False)
-    records, actuators = [], []
-    for record, actuator, (command, value, scale, at_rest) in zip(
-        vehicle.records, present, (inputs, turning), strict=True
-    ):
-        seen = observed(commanded(record, *command, s.now), value, now, at_rest=at_rest)
-        seen, model = compared(seen, actuator, now, scale)
-        records.append(seen)
-        actuators.append(actuator if model is None else Actuator(*model))
-    found = Actuators(*actuators)
-    vehicle = replace(vehicle, records=(records[0], records[1]))
+    out, speed, delta = going_out(s.sent, present, config.cycle), *monitor.measured[[V, DELTA]].tolist()
+    drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
+    steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
+    drive, by_drive = compared(observed(drive, speed, now, s.is_stationary), present.drive, now, DRIVE)
+    steering, by_steering = compared(observed(steering, delta, now), present.steering, now, STEERING)
+    found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
+    after = replace(s, vehicle=replace(vehicle, records=(drive, steering)))
     if found == present:
-        return replace(s, vehicle=vehicle), ""
-    remark = "; ".join(
-        _remark(name, *each)
-        for name, *each in zip(Actuators._fields, present, found, strict=True)
-        if each[0] != each[1]
-    )
-    _log.info("%s", remark)
-    sent, disturbance = s.sent, vehicle.disturbance
-    if found.drive != present.drive and records[0].obeys_setpoints:
-        # What was commanded against a disturbance is not in the set-points.
-        sent = tuple(replace(each, acceleration=disturbance.acting(each.acceleration)) for each in sent)
+        return after, ""
+    return _corrected(after, found, config), "; ".join(_remarks(vehicle, after.vehicle, found))
+
+
+def _corrected(s: ControllerState, found: Actuators, config: ControllerConfig) -> ControllerState:
+    """With other actuators: what is under way acts as they answer it."""
+    present, disturbance, (drive, _) = s.vehicle.actuators, s.vehicle.disturbance, s.vehicle.records
+    sent, offsets = s.sent, s.vehicle.offsets
+    if found.drive != present.drive:
+        if drive.obeys_setpoints:  # in which there is nothing against the disturbance
+            sent = tuple(replace(each, acceleration=disturbance.acting(each.acceleration)) for each in sent)
+        if drive.corrected == found.drive:
+            offsets = None  # what seemed to act beside the commands was the lag
     sent = answered_by(sent, present, found, config.cycle)
-    queue = tuple(each.queued(found, config.cycle) for each in sent)
-    # What seemed to act beside the commands was the lag.
-    vehicle = replace(vehicle, actuators=found, offsets=None)
-    return replace(s, vehicle=vehicle, sent=sent, queue=still_acting(queue, s.now)), remark
+    queue = still_acting([each.queued(found, config.cycle) for each in sent], s.now)
+    vehicle = replace(s.vehicle, actuators=found, offsets=offsets)
+    return replace(s, vehicle=vehicle, sent=sent, queue=queue)
 
 
-def _remark(name: str, assumed: Actuator, found: Actuator) -> str:
-    return (
-        f"the {name} answers its commands with a dead time of {found.dead_time:.2f} s and a lag of "
-        f"{found.lag:.2f} s, not with {assumed.dead_time:.2f} s and {assumed.lag:.2f} s: corrected"
-    )
+def _remarks(before: VehicleEstimate, after: VehicleEstimate, found: Actuators) -> list[str]:
+    """What is told, and logged, of actuators that are corrected."""
+    told = [
+        f"the {name} answers its commands with a dead time of {now.dead_time:.2f} s and a lag of "
+        f"{now.lag:.2f} s, not with {then.dead_time:.2f} s and {then.lag:.2f} s: corrected"
+        for name, then, now, old, new in zip(
+            Actuators._fields, before.actuators, found, before.records, after.records, strict=True
+        )
+        if new.corrected != old.corrected
+    ]
+    for each in told:
+        _log.info("%s", each)
+    return told

@@ -1,0 +1,150 @@
+"""Dead time and lag of an actuator from a whole drive, by nonlinear least squares.
+
+(A1) and (A2) of `estimation.actuators` with T and tau as real numbers. The drive is cut into windows: each
+has its own c0 and c1, as a slope does not last, all have the same c2. They follow from a linear least squares
+for each T and tau. `scipy.optimize.least_squares` finds T and tau, from the best point of a grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, isfinite
+from typing import Final
+
+import numpy as np
+
+from estimation.actuators import Scale
+from estimation.types import Array
+
+WINDOW = 6.0
+"""Length of a window [s]: over it a slope is as good as constant."""
+LONGEST = (1.0, 1.0)
+"""Largest dead time and lag [s]."""
+LEAST_MOTION = 20.0
+"""Times `Scale.least`: what has to be commanded and measured at least to fit anything."""
+_GRID: Final = (np.linspace(0.0, 0.6, 7), np.array((0.01, 0.1, 0.2, 0.4, 0.7)))
+_OUTLIER = 3.0  # standard deviations from which on residuals count less
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drive:
+    """What was commanded and measured of one quantity.
+
+    Attributes:
+        stamps: (n,) of the cycles [s], each with one measurement and one command; measured: (n,) [m/s] or
+            [rad]; rates: (n,) commanded [m/s²] or [rad/s]; setpoints: (n,) [m/s] or [rad].
+    """
+
+    stamps: Array
+    measured: Array
+    rates: Array
+    setpoints: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ActuatorFit:
+    """The model of an actuator that explains a drive best.
+
+    Attributes:
+        dead_time, lag: [s]; stds: standard deviations of both [s]; gain: 1 + c2.
+        by_setpoints: the actuator obeys set-points, not rates.
+        rms: what the model leaves unexplained, root mean square [m/s] or [rad]; rms_without: the same without
+            dead time and lag.
+        predicted: (n,) the measured quantity by the model.
+    """
+
+    dead_time: float
+    lag: float
+    stds: tuple[float, float]
+    gain: float
+    by_setpoints: bool
+    rms: float
+    rms_without: float
+    predicted: Array
+
+
+def fitted(drive: Drive, scale: Scale) -> ActuatorFit | None:
+    """The best model of a drive; None where too little was commanded or measured."""
+    least = LEAST_MOTION * scale.least
+    asked = np.cumsum(drive.rates[:-1] * np.diff(drive.stamps)) if len(drive.stamps) > 1 else np.zeros(1)
+    if len(drive.stamps) < 20 or min(np.ptp(drive.measured), np.ptp(asked)) < least:
+        return None
+    fits = [_fit(_Problem(drive, by_setpoints)) for by_setpoints in (False, True)]
+    return min(fits, key=lambda each: each.rms)
+
+
+class _Problem:
+    """The residuals of one interface as a function of (T, tau)."""
+
+    def __init__(self, drive: Drive, by_setpoints: bool) -> None:
+        self.drive, self.by_setpoints = drive, by_setpoints
+        self.commands = drive.setpoints if by_setpoints else drive.rates
+        windows = ((drive.stamps - drive.stamps[0]) // WINDOW).astype(int)
+        self.parts = [np.flatnonzero(windows == each) for each in np.unique(windows)]
+        self.parts = [each for each in self.parts if len(each) > 4]
+
+    def output(self, dead_time: float, lag: float) -> Array:
+        """(n,) Y of (A1) at the measurements."""
+        stamps, commands = self.drive.stamps, self.commands
+        outputs, acting = np.empty(len(stamps)), commands[0]
+        outputs[0] = acting if self.by_setpoints else 0.0
+        for k, seconds in enumerate(np.diff(stamps).tolist()):
+            over = acting - commands[k]
+            left = exp(-seconds / lag)
+            acting = commands[k] + over * left
+            gained = commands[k] * seconds + over * lag * (1.0 - left)
+            outputs[k + 1] = acting if self.by_setpoints else outputs[k] + gained
+        return np.asarray(np.interp(stamps - dead_time, stamps, outputs))
+
+    def residuals(self, model: Array) -> Array:
+        """(n,) what (A2) leaves of the windows."""
+        return self.explained(model)[0]
+
+    def explained(self, model: Array) -> tuple[Array, float]:
+        """(n,) residuals and 1 + c2."""
+        y, m, t = self.output(*model.tolist()), self.drive.measured, self.drive.stamps
+        pairs = [(_detrended(m[part], t[part]), _detrended(y[part], t[part])) for part in self.parts]
+        ms, ys = (np.concatenate(each) for each in zip(*pairs, strict=True))
+        gain = float(ms @ ys) / max(float(ys @ ys), 1e-12)
+        return ms - gain * ys, gain
+
+
+def _detrended(values: Array, stamps: Array) -> Array:
+    """Values without their mean and slope over time."""
+    t = stamps - stamps.mean()
+    centred = values - values.mean()
+    return np.asarray(centred - (centred @ t) / (t @ t) * t)
+
+
+def _fit(problem: _Problem) -> ActuatorFit:
+    from scipy.optimize import least_squares  # here: it takes long to import, and a control loop needs none
+
+    grid = [np.array((dead, lag)) for dead in _GRID[0] for lag in _GRID[1]]
+    start = min(grid, key=lambda each: float(np.square(problem.residuals(each)).sum()))
+    spread = float(np.sqrt(np.mean(np.square(problem.residuals(start))))) + 1e-9
+    found = least_squares(
+        problem.residuals,
+        start,
+        bounds=((0.0, 1e-3), LONGEST),
+        loss="soft_l1",
+        f_scale=_OUTLIER * spread,
+        diff_step=1e-3,
+        x_scale=(0.1, 0.1),
+    )
+    residuals, gain = problem.explained(found.x)
+    information = found.jac.T @ found.jac / max(float(np.mean(np.square(residuals))), 1e-18)
+    variances = np.diag(np.linalg.pinv(information))
+    predicted = problem.drive.measured.copy()
+    predicted[np.concatenate(problem.parts)] -= residuals
+    without = problem.residuals(np.array((0.0, 1e-3)))
+    stds = [float(np.sqrt(each)) if isfinite(each) and each >= 0.0 else 0.0 for each in variances]
+    return ActuatorFit(
+        dead_time=float(found.x[0]),
+        lag=float(found.x[1]),
+        stds=(stds[0], stds[1]),
+        gain=gain,
+        by_setpoints=problem.by_setpoints,
+        rms=float(np.sqrt(np.mean(np.square(residuals)))),
+        rms_without=float(np.sqrt(np.mean(np.square(without)))),
+        predicted=predicted,
+    )

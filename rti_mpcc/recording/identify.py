@@ -1,0 +1,81 @@
+"""Dead times and lags of drive and steering from a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from estimation.actuator_fit import ActuatorFit, Drive, fitted
+from estimation.actuators import DRIVE, STEERING
+from rti_mpcc.config import ActuatorModel
+from rti_mpcc.errors import InputError
+from rti_mpcc.recording.contents import Recording
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identified:
+    """The fits of drive and steering, and what they were made from; a fit is None where too little moved."""
+
+    speed: Drive
+    steering_angle: Drive
+    drive: ActuatorFit | None
+    steering: ActuatorFit | None
+
+    @property
+    def model(self) -> ActuatorModel:
+        """The settings for `ControllerConfig.actuators`."""
+        drive, steering = self.drive, self.steering
+        return ActuatorModel(
+            dead_time=0.0 if drive is None else round(drive.dead_time, 3),
+            drive_lag=0.0 if drive is None else round(drive.lag, 3),
+            steering_dead_time=None if steering is None else round(steering.dead_time, 3),
+            steering_lag=0.0 if steering is None else round(steering.lag, 3),
+        )
+
+    def figures(self) -> dict[str, Any]:
+        """As identified.json has them."""
+        fits = {"drive": self.drive, "steering": self.steering}
+        return {
+            "actuators": self.model.model_dump(),
+            **{name: None if fit is None else _figures(fit) for name, fit in fits.items()},
+        }
+
+
+def _figures(fit: ActuatorFit) -> dict[str, Any]:
+    return {
+        "interface": "setpoints" if fit.by_setpoints else "rates",
+        "dead_time_s": fit.dead_time,
+        "dead_time_std_s": fit.stds[0],
+        "lag_s": fit.lag,
+        "lag_std_s": fit.stds[1],
+        "gain": fit.gain,
+        "rms": fit.rms,
+        "rms_without_dead_time_and_lag": fit.rms_without,
+    }
+
+
+def identify(recording: Recording) -> Identified:
+    """Fit drive and steering. Raises InputError where neither of them moved enough."""
+    rows = [
+        (c.inputs.now, c.inputs.state.v, c.inputs.state.delta, *_commanded(c.command))
+        for c in recording.cycles
+        if c.command is not None
+    ]
+    table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+    table = table[np.isfinite(table).all(axis=1)]
+    table = table[np.append(True, np.diff(table[:, 0]) > 0.0)] if len(table) else table
+    t, v, delta, a, rate, speed, angle = table.T
+    drive = Drive(stamps=t, measured=v, rates=a, setpoints=speed)
+    steering = Drive(stamps=t, measured=delta, rates=rate, setpoints=angle)
+    found = Identified(
+        speed=drive, steering_angle=steering, drive=fitted(drive, DRIVE), steering=fitted(steering, STEERING)
+    )
+    if found.drive is None and found.steering is None:
+        raise InputError("speed and steering change too little: nothing can be fitted to this recording")
+    return found
+
+
+def _commanded(command: Any) -> tuple[float, float, float, float]:
+    return command.acceleration, command.steering_rate, command.speed, command.steering

@@ -1,0 +1,138 @@
+"""Random vehicles of unknown dead times and lags, in three built-in scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from benchmarks.foreign import Car, Interface, Ride, drive
+from geometry import Pose2
+from rti_mpcc import ActuatorModel, ControllerConfig, DockingController, VehicleState
+from rti_mpcc.simulation import Scenario, load_scenario
+
+SCENES = ("docking_behind", "docking_inside", "bay_perpendicular")
+LONGEST_LAG, LONGEST_DEAD_TIME = 0.5, 0.3  # [s]
+NOISE = np.array((0.01, 0.01, 0.002, 0.01, 0.003))
+"""Standard deviations of x, y [m], phi [rad], v [m/s], delta [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One vehicle in one scene; `actuators` of a `Car`; `noise`: share of `NOISE`."""
+
+    scene: str
+    interface: Interface
+    actuators: dict[str, float]
+    noise: float
+    seed: int
+
+    @property
+    def told(self) -> ActuatorModel:
+        """What a user would give who knows the vehicle."""
+        of = self.actuators
+        return ActuatorModel(
+            dead_time=of["drive_dead_time"],
+            steering_dead_time=of["steering_dead_time"],
+            drive_lag=of["drive_lag"],
+            steering_lag=of["steering_lag"],
+        )
+
+
+def case(seed: int) -> Case:
+    """The random case of a seed."""
+    random = np.random.default_rng(seed)
+    names = ("drive_dead_time", "steering_dead_time", "drive_lag", "steering_lag")
+    most = np.array((LONGEST_DEAD_TIME, LONGEST_DEAD_TIME, LONGEST_LAG, LONGEST_LAG))
+    values = (most * random.uniform(size=4)).tolist()
+    return Case(
+        scene=SCENES[random.integers(len(SCENES))],
+        interface="rates" if random.uniform() < 0.5 else "setpoints",
+        actuators=dict(zip(names, values, strict=True)),
+        noise=float(random.choice((0.0, 0.5, 1.0))),
+        seed=seed,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """Of a ride: whether it truly docked, and when [s]; `peak`: hardest acceleration over comfort.
+
+    `touched`: something solid; `moved`: after DOCKED [m].
+    """
+
+    docked: bool
+    seconds: float
+    peak: float
+    touched: bool
+    moved: float
+    ride: Ride
+
+
+def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -> Figures:
+    """A ride with default settings, or with `actuators` given."""
+    scenario = load_scenario(case.scene)
+    config = scenario.controller_config().changed(actuators=actuators or ActuatorModel(), **changes)
+    path = None if scenario.in_area else scenario.build_path()
+    goal = scenario.goal_pose(path)
+    if path is None:
+        controller = DockingController.in_area(scenario.build_area(), config)
+    else:
+        controller = DockingController(path, scenario.build_corridor(path), config)
+
+    def sensor(history: Any, rng: np.random.Generator) -> VehicleState:
+        x, y, phi, v, delta = (history[-1, 1:] + case.noise * NOISE * rng.standard_normal(5)).tolist()
+        return VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
+
+    limits = config.limits
+    car = Car.of(
+        config.vehicle,
+        interface=case.interface,
+        speed=limits.speed,
+        steering=limits.steering,
+        acceleration=limits.acceleration,
+        rate=max(limits.steering_rate, 1.0),
+        **case.actuators,
+    )
+    done = drive(
+        controller.step,
+        car,
+        scenario.start_pose() if path is None else path.start,
+        cycle=config.cycle,
+        seconds=120.0,
+        sensor=sensor,
+        goal=goal,
+        seed=case.seed,
+        after_docked=5.0,
+    )
+    return _figures(done, scenario, config, goal)
+
+
+def _figures(done: Ride, scenario: Scenario, config: ControllerConfig, goal: Pose2) -> Figures:
+    at = done.docked_at
+    over_cycle = np.convolve(done.acceleration, np.full(10, 0.1), "valid")
+    return Figures(
+        docked=at is not None and done.inside(goal, config.goal_tolerance),
+        seconds=np.inf if at is None else at,
+        peak=float(np.abs(over_cycle).max()) / config.comfort_acceleration,
+        touched=done.touches(solid(scenario)),
+        moved=np.inf if at is None else done.moved_after(at),
+        ride=done,
+    )
+
+
+def solid(scenario: Scenario) -> shapely.Geometry:
+    """Walls and obstacles of a scene."""
+    if scenario.in_area:
+        area = scenario.build_area()
+        return shapely.union_all([shapely.Polygon(each) for each in area.polygons])
+    path = scenario.build_path()
+    lines = [line for part in range(len(path.parts)) for side in _lines(scenario, part) for line in side]
+    return shapely.union_all([shapely.LineString(line) for line in lines])
+
+
+def _lines(scenario: Scenario, part: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    path = scenario.build_path()
+    return scenario.build_corridor(path).lines(part)
