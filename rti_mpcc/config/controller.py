@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib import import_module
 from math import inf, radians, tan
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
@@ -152,10 +152,14 @@ class ControllerConfig(Settings):
                 raise ValueError(said)
         return self
 
-    @property
-    def dead_time(self) -> float:
-        """Time from a command to the begin of its effect [s], as far as it is given."""
-        return self.actuators.dead_time
+    if TYPE_CHECKING:
+        dead_time: float = 0.0
+    else:
+
+        @property
+        def dead_time(self) -> float:
+            """Given time from a command to its effect [s]; as an argument, short for that of `actuators`."""
+            return self.actuators.dead_time
 
     @cached_property
     def max_curvature(self) -> float:
