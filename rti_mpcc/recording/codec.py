@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorLines, Pose2
 from geometry.files import from_json
+from geometry.pose import unchecked_pose
 from geometry.settings import Settings
 from rti_mpcc.errors import InputError
 from rti_mpcc.qp.solver import Stop
@@ -108,7 +109,7 @@ def _is_array(kind: Any) -> bool:
 _converter = make_converter(forbid_extra_keys=True)
 for _kind in (bool, int, float):
     _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
-_converter.register_structure_hook(Pose2, lambda data, _: Pose2.unchecked(**data))
+_converter.register_structure_hook(Pose2, lambda data, _: unchecked_pose(**data))
 # The library doesn't read the hints of named tuples.
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
 for _fits, _to, _back in (
