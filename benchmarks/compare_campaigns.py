@@ -92,7 +92,11 @@ def line(driven: Driven, group: Sequence[Driven]) -> list[str]:
 def _spread(values: pd.Series[float]) -> str:
     """Of what is known: how long a way takes that is planned only then is not known before."""
     known = values.dropna()
-    return ", ".join(number(known.quantile(share), 2) for share in (0.5, 0.95, 1.0)) if len(known) else "–"
+    return (
+        ", ".join(number(float(known.quantile(share)), 2) for share in (0.5, 0.95, 1.0))
+        if len(known)
+        else "–"
+    )
 
 
 def sentence(first: Driven, other: Driven) -> str:
