@@ -26,7 +26,7 @@ HEADER = [
 HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
 
 
-def course_figures(result: RunResult, figures: dict[str, Any]) -> dict[str, Any]:
+def run_figures(result: RunResult, figures: dict[str, Any]) -> dict[str, Any]:
     """The summary of a run, its course, how many cycles had which status, the last one, its last reason."""
     cycles, course = result.cycles, result.scenario
     reasons = [reason for reason in cycles.reason if reason]

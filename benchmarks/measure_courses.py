@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
+from benchmarks.course_rows import HEADER, course_row, courses_told, run_figures
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
 from rti_mpcc.simulation import Scenario, save_scenario, simulate, summary
@@ -23,9 +23,9 @@ RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
 
 
 def measure(course: Scenario, preset: str) -> dict[str, Any]:
-    """See `course_figures`."""
+    """See `run_figures`."""
     result = simulate(course, preset=preset)
-    return course_figures(result, summary(result))
+    return run_figures(result, summary(result))
 
 
 def parsed() -> argparse.Namespace:

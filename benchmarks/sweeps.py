@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.figures import Distribution, distribution
-from geometry import Corridor, CorridorLines, Pose2, ReferencePath
+from geometry import Corridor, Pose2, ReferencePath
+from geometry.walls import PartWalls
 from rti_mpcc import ControllerConfig, DockingController, Limits, prepare_process
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
@@ -99,20 +100,20 @@ def middle(path: ReferencePath) -> Pose2:
     return path.parts[0].pose(10.0 * (path.length // 20.0))
 
 
-def with_points(lines: CorridorLines, points: int) -> CorridorLines:
+def with_points(corridor: Corridor, points: int) -> Corridor:
     """The same boundaries, of `points` points in all or as many as they have."""
-    sizes = [len(line) for part in lines.parts for line in (*part.left, *part.right)]
+    sizes = [len(line) for walls in corridor.walls for line in walls.both]
     upto = np.round(points * np.cumsum(sizes) / sum(sizes)).astype(np.int64)
     shares = iter(np.diff(upto, prepend=0).tolist())
-    parts = [
+    lines = [
         replace(
-            part,
-            left=tuple(denser(line, next(shares)) for line in part.left),
-            right=tuple(denser(line, next(shares)) for line in part.right),
+            walls.lines,
+            left=tuple(denser(line, next(shares)) for line in walls.lines.left),
+            right=tuple(denser(line, next(shares)) for line in walls.lines.right),
         )
-        for part in lines.parts
+        for walls in corridor.walls
     ]
-    return replace(lines, parts=tuple(parts))
+    return replace(corridor, walls=tuple(map(PartWalls.of, lines)))
 
 
 def denser(line: Array, points: int) -> Array:
@@ -179,7 +180,7 @@ def variants(*, quick: bool = False) -> list[Variant]:
     path = winding(LENGTHS[0])
     sparse = sparse_corridor(path)
     for points in few(POINTS):
-        corridor = Corridor.from_lines(with_points(sparse.to_lines(), points))
+        corridor = with_points(sparse, points)
         rows.append(on_winding("boundary points", points, path, corridor))
     return rows
 

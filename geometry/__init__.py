@@ -10,14 +10,13 @@ from geometry.offsets import Narrowing
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
-from geometry.walls import CorridorLines, PartLines
+from geometry.walls import PartLines
 
 __all__ = [
     "Area",
     "AreaError",
     "Corridor",
     "CorridorError",
-    "CorridorLines",
     "InputError",
     "Narrowing",
     "PartLines",

@@ -45,7 +45,6 @@ Out3: TypeAlias = Array
 Out4: TypeAlias = Array
 """Arrays that a kernel writes into."""
 IndexOut1: TypeAlias = Index
-IndexOut2: TypeAlias = Index
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Record = TypeVar("Record", bound=tuple[Any, ...])
@@ -68,7 +67,7 @@ _TYPES: dict[str, types.Type] = {
     **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
     **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
     **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3, 4)},
-    **{f"IndexOut{n}": _array(types.int64, n, written=True) for n in (1, 2)},
+    "IndexOut1": _array(types.int64, 1, written=True),
 }
 
 

@@ -22,7 +22,7 @@ from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of,
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import Body, checked_poses
-from geometry.walls import CorridorLines, Obstacles, PartLines, PartWalls
+from geometry.walls import Obstacles, PartLines, PartWalls
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
@@ -113,27 +113,6 @@ class Corridor(Admitted, error=CorridorError):
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
         return cls(walls=(PartWalls.of(_NO_LINES),), kept_out=Obstacles.from_polygons(()), area=area)
-
-    @classmethod
-    @door(CorridorError)
-    def from_lines(cls, lines: CorridorLines) -> Corridor:
-        """Build exactly the corridor that `to_lines` was called on.
-
-        Raises:
-            CorridorError: a bad obstacle.
-        """
-        kept_out = Obstacles.from_polygons(lines.obstacles)
-        if lines.area is not None:
-            return replace(cls.in_area(lines.area), kept_out=kept_out)
-        return cls(walls=tuple(PartWalls.of(part) for part in lines.parts), kept_out=kept_out)
-
-    def to_lines(self) -> CorridorLines:
-        """Return all that defines this corridor, as plain arrays."""
-        return CorridorLines(
-            parts=() if self.area else tuple(walls.lines for walls in self.walls),
-            obstacles=self.kept_out.to_polygons(),
-            area=self.area,
-        )
 
     @door(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:

@@ -15,6 +15,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
+from geometry.doors import to_rows
 from geometry.errors import CorridorError, InputError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
@@ -84,14 +85,7 @@ def drawn_shape(shape: Shape) -> shapely.Polygon:
 
 
 def _points(corners: ArrayLike, name: str, refuse: type[InputError]) -> Array:
-    try:
-        points = np.array(corners, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise refuse(f"{name} must be numbers of shape (m, 2).") from error
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise refuse(f"{name} has shape {points.shape}, it must be (m, 2).")
-    if not np.isfinite(points).all():
-        raise refuse(f"{name} must be finite numbers.")
+    points = to_rows(corners, 2, name, refuse)
     if points.size and np.abs(points).max() > FARTHEST:
         raise refuse(f"{name} must have coordinates of at most {FARTHEST:g} m.")
     if len(points) > 1 and (points[0] == points[-1]).all():

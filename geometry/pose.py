@@ -36,14 +36,6 @@ class Pose2(Admitted):
             if not isfinite(value := getattr(self, name)):
                 raise InputError(f"Pose2: {name} = {value} must be finite.")
 
-    @classmethod
-    def unchecked(cls, x: float, y: float, phi: float) -> Pose2:
-        """A pose of any numbers, also those that the constructor refuses: as from a broken message."""
-        pose = object.__new__(cls)
-        for name, value in (("x", x), ("y", y), ("phi", phi)):
-            object.__setattr__(pose, name, float(value))
-        return pose
-
     @door(late=True)
     def compose(self, offset: Pose2) -> Pose2:
         """Return the world pose of `offset`, which is given in the frame of this pose.
@@ -68,3 +60,11 @@ class Pose2(Admitted):
         """Whether this pose, an error, is within a share of a tolerance: x, y [m], phi [rad]."""
         x, y, phi = tolerance
         return abs(self.x) <= share * x and abs(self.y) <= share * y and abs(self.phi) <= share * phi
+
+
+def unchecked_pose(x: float, y: float, phi: float) -> Pose2:
+    """Return a pose of any numbers, also those that `Pose2` refuses: as from a broken message."""
+    pose = object.__new__(Pose2)
+    for name, value in (("x", x), ("y", y), ("phi", phi)):
+        object.__setattr__(pose, name, float(value))
+    return pose

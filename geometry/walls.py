@@ -1,8 +1,8 @@
 """What a corridor holds: the walls of its parts, and the obstacles.
 
-`PartLines` and `CorridorLines` are all that defines them, as plain arrays: to be stored, and to build
-exactly the same corridor from. The arguments of `Corridor.from_offsets` are not enough for that: how a folded
-boundary is trimmed may change from version to version, and the last bits from machine to machine.
+`PartLines` and the polygons of obstacles are all that defines them, as plain arrays: to be stored, and to
+build exactly the same corridor from. The arguments of `Corridor.from_offsets` are not enough for that: how a
+folded boundary is trimmed may change from version to version, and the last bits from machine to machine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry.area import Area
 from geometry.arrays import Array
 from geometry.clearance import Segments
 from geometry.doors import Admitted
@@ -45,21 +44,6 @@ class PartLines(Admitted, error=CorridorError):
     right: tuple[Array, ...]
     joined: bool
     narrowest: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CorridorLines(Admitted, error=CorridorError):
-    """The boundaries of every part of a route, and the obstacles.
-
-    Attributes:
-        parts: in the order of the route.
-        obstacles: polygons (m, 2), counter-clockwise, from the corner on that they were given from [m].
-        area: in the place of boundaries, or None.
-    """
-
-    parts: tuple[PartLines, ...]
-    obstacles: tuple[Array, ...]
-    area: Area | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

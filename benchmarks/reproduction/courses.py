@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from statistics import median
 from typing import Any
 
-from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
+from benchmarks.course_rows import HEADER, course_row, courses_told, run_figures
 from benchmarks.reproduction.columns import BEYOND, PAPER
 from benchmarks.reproduction.content import Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
@@ -28,7 +28,7 @@ _SAID = (
 
 def courses_section(outcomes: Sequence[DrivenCase]) -> Section:
     """How many docked, both presets side by side, and one row a run."""
-    runs = [course_figures(outcome.result, outcome.figures) for outcome in outcomes]
+    runs = [run_figures(outcome.result, outcome.figures) for outcome in outcomes]
     presets = list(dict.fromkeys(run["preset"] for run in runs))
     kept = [place for place, head in enumerate(HEADER) if head not in LEFT_OUT]
     table = Table(

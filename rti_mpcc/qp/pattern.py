@@ -177,17 +177,16 @@ class QpPattern:
 
 def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
     """The pattern for N stages and `sides` half-planes on each of `pieces` pieces."""
-    columns = _Counter()
-    state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
-    slack_columns = columns.take(stages)
-    rows = _Counter()
-    dynamics_rows, bound_rows = rows.take(stages + 1, STATES), rows.take(2, stages, CONTROLS)
-    corridor_rows, slack_rows = rows.take(stages, pieces, sides), rows.take(stages)
+    of_states, of_controls, of_sides = (stages + 1, STATES), (stages, CONTROLS), (stages, pieces, sides)
+    (state_columns, control_columns, slack_columns), columns = _consecutive(of_states, of_controls, (stages,))
+    (dynamics_rows, bound_rows, corridor_rows, slack_rows), rows = _consecutive(
+        of_states, (2, *of_controls), of_sides, (stages,)
+    )
 
-    column_units = np.empty(columns.count)
+    column_units = np.empty(columns)
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
     column_units[slack_columns] = SLACK_UNIT
-    row_units = np.ones(rows.count)
+    row_units = np.ones(rows)
     row_units[dynamics_rows], row_units[slack_rows] = STATE_UNITS, SLACK_UNIT
     row_units[bound_rows] = BOUND_UNIT * np.stack([STATE_UNITS[BOUNDED], CONTROL_UNITS])[:, None]
 
@@ -230,14 +229,8 @@ def block(vector: Array, indices: Index) -> Array:
     return vector[begin : begin + indices.size].reshape(indices.shape)
 
 
-class _Counter:
-    """Hands out consecutive indices in blocks."""
-
-    def __init__(self) -> None:
-        self.count = 0
-
-    def take(self, *shape: int) -> Index:
-        size = int(np.prod(shape))
-        block = np.arange(self.count, self.count + size, dtype=np.int64).reshape(shape)
-        self.count += size
-        return block
+def _consecutive(*shapes: tuple[int, ...]) -> tuple[list[Index], int]:
+    """Consecutive indices from 0 on in blocks of these shapes, and how many they are."""
+    sizes = [int(np.prod(shape)) for shape in shapes]
+    blocks = np.split(np.arange(sum(sizes), dtype=np.int64), np.cumsum(sizes)[:-1])
+    return [each.reshape(shape) for each, shape in zip(blocks, shapes, strict=True)], sum(sizes)

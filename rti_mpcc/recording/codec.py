@@ -16,9 +16,11 @@ from cattrs.preconf.json import make_converter
 from cattrs.strategies import configure_tagged_union
 from numpy.typing import ArrayLike
 
-from geometry import Area, Corridor, CorridorLines, Pose2
+from geometry import Area, PartLines, Pose2
 from geometry.files import from_json
+from geometry.pose import unchecked_pose
 from geometry.settings import Settings
+from geometry.walls import Obstacles, PartWalls
 from rti_mpcc.errors import InputError
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.steps import AnyStep, Signal
@@ -108,7 +110,7 @@ def _is_array(kind: Any) -> bool:
 _converter = make_converter(forbid_extra_keys=True)
 for _kind in (bool, int, float):
     _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
-_converter.register_structure_hook(Pose2, lambda data, _: Pose2.unchecked(**data))
+_converter.register_structure_hook(Pose2, lambda data, _: unchecked_pose(**data))
 # The library doesn't read the hints of named tuples.
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
 for _fits, _to, _back in (
@@ -125,9 +127,14 @@ for _fits, _to, _back in (
         lambda data, _: Area(**data),
     ),
     (
-        lambda kind: kind is Corridor,
-        lambda corridor: to_data(corridor.to_lines()),
-        lambda data, _: Corridor.from_lines(structured(data, CorridorLines)),
+        lambda kind: kind is PartWalls,
+        lambda walls: to_data(walls.lines),
+        lambda data, _: PartWalls.of(structured(data, PartLines)),
+    ),
+    (
+        lambda kind: kind is Obstacles,
+        lambda obstacles: to_data(obstacles.to_polygons()),
+        lambda data, _: Obstacles.from_polygons(structured(data, tuple[Array, ...])),
     ),
 ):
     _converter.register_unstructure_hook_func(_fits, _to)

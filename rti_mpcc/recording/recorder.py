@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
 from geometry import Area, Pose2
+from geometry.pose import unchecked_pose
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
@@ -93,7 +94,7 @@ class Recorder:
         inputs = Inputs(
             state=as_recorded(state, VehicleState, VehicleState(nan, nan, nan, nan, nan)),
             now=as_recorded(now, float, nan),
-            goal=as_recorded(goal, Pose2 | None, Pose2.unchecked(nan, nan, nan)),
+            goal=as_recorded(goal, Pose2 | None, unchecked_pose(nan, nan, nan)),
             measurements=as_recorded(detections, tuple[GoalMeasurement, ...], (_NO_MEASUREMENT,)),
             obstacles=as_recorded(obstacles, tuple[Array, ...] | None, (np.array([nan]),)),
             **orders,

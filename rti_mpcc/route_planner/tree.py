@@ -7,10 +7,9 @@ cell the cheapest one is kept, exactly.
 from __future__ import annotations
 
 from math import floor, pi
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.arrays import Array, Index
 from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel, record
@@ -21,7 +20,6 @@ NODES: Final = 0
 QUEUED: Final = 1
 EXPANDED: Final = 2
 TARGETS_KNOWN: Final = 3
-COUNTERS: Final = 4
 """Places in the counters of a tree."""
 NONE: Final = -1
 """No node: the parent of a root."""
@@ -134,12 +132,9 @@ def enlarged(tree: Tree, expanded: int) -> Tree:
     keys, in_cell = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.keys), np.int64)
     _copy_cells(tree.keys, tree.in_cell, keys, in_cell)
     nodes = ("pose", "arc", "cost", "clearance", "parent", "closed", "priority", "member")
-    doubled = {name: _doubled(getattr(tree, name)) for name in nodes}
+    own = {name: getattr(tree, name) for name in nodes}
+    doubled = {name: np.concatenate((each, np.empty_like(each))) for name, each in own.items()}
     return tree._replace(**doubled, keys=keys, in_cell=in_cell)
-
-
-def _doubled(values: NDArray[Any]) -> NDArray[Any]:
-    return np.concatenate((values, np.empty_like(values)))
 
 
 @kernel

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from estimation import GoalMeasurement
 from geometry import Pose2
+from geometry.pose import unchecked_pose
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation.plant import SAME_TIME
@@ -75,7 +76,7 @@ class Disturbances:
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
             return goal
         if self.acting("goal_nan", now):
-            return Pose2.unchecked(nan, nan, nan)
+            return unchecked_pose(nan, nan, nan)
         return (goal or path_end).compose(Pose2(0.0, self.total("goal_jump", now), 0.0))
 
     def detection(self, measurement: GoalMeasurement, now: float) -> GoalMeasurement:

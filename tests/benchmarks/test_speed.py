@@ -72,8 +72,8 @@ def test_a_denser_line_runs_the_same() -> None:
 
 @pytest.mark.parametrize("points", POINTS[:3])
 def test_boundaries_get_so_many_points(points: int) -> None:
-    lines = with_points(sparse_corridor(winding(30)).to_lines(), points)
-    found = sum(len(line) for part in lines.parts for line in (*part.left, *part.right))
+    corridor = with_points(sparse_corridor(winding(30)), points)
+    found = sum(len(line) for walls in corridor.walls for line in walls.both)
     assert found == points
 
 

@@ -144,7 +144,6 @@ DOORS: dict[str, Door] = {
         obstacles=[SQUARE],
     ),
     "Corridor.in_area": door(Corridor.in_area, area=AREA),
-    "Corridor.from_lines": door(Corridor.from_lines, lines=CORRIDOR.to_lines()),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
     "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
     "Corridor.signed_distances": door(
@@ -158,9 +157,6 @@ DOORS: dict[str, Door] = {
     "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
     "Corridor.lines": door(CORRIDOR.lines, part=0),
     "Corridor": door(Corridor, walls=CORRIDOR.walls, kept_out=CORRIDOR.kept_out, area=None),
-    "CorridorLines": door(
-        geometry.CorridorLines, parts=CORRIDOR.to_lines().parts, obstacles=(np.array(SQUARE),), area=None
-    ),
     "PartLines": door(
         geometry.PartLines,
         left=(np.array(POINTS),),

@@ -89,9 +89,7 @@ BOX = [(-1.0, -3.0), (1.1e9, -3.0), (1.1e9, 3.0), (-1.0, 3.0)]
             CorridorError,
         ),
         (
-            lambda: DockingController(
-                ENDLESS, Corridor.from_lines(Corridor.from_offsets(LINE, left=2.0, right=-2.0).to_lines())
-            ),
+            lambda: DockingController(ENDLESS, Corridor.from_offsets(LINE, left=2.0, right=-2.0)),
             PathError,
         ),
     ],

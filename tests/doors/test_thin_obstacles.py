@@ -51,7 +51,7 @@ def test_polygons_without_area_are_lines_and_points(given: Any, kept: Any) -> No
         Area(obstacles=[given]).obstacles,
         YARD.with_obstacles([given]).obstacles,
         Corridor.from_offsets(PATH, left=5, right=-5, obstacles=[given]).obstacles,
-        Corridor.in_area(YARD).with_obstacles([given]).to_lines().obstacles,
+        Corridor.in_area(YARD).with_obstacles([given]).kept_out.to_polygons(),
     ):
         assert [sorted(map(tuple, each.tolist())) for each in found] == [sorted(map(tuple, kept))]
 

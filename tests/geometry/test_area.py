@@ -139,7 +139,7 @@ def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
         ({"boundary": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, r"^boundary has shape \(3, 3\), it must be"),
         ({"boundary": "yard"}, r"^boundary = 'yard': must be an array of numbers or None$"),
         ({"obstacles": [BLOCK, BLOCK, BLOCK, np.zeros((0, 2))]}, r"^obstacles\[3\] has no corner"),
-        ({"obstacles": BLOCK}, r"^obstacles\[0\] has shape \(2,\), it must be \(m, 2\)\.$"),
+        ({"obstacles": BLOCK}, r"^obstacles\[0\] has shape \(2,\), it must be \(n, 2\)\.$"),
         ({"obstacles": 5}, r"^obstacles = 5: must be a sequence$"),
     ],
 )

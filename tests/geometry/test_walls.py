@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import shapely
 
-from geometry import Corridor, CorridorLines, Narrowing, PartLines, Pose2, ReferencePath
+from geometry import Corridor, Narrowing, PartLines, Pose2, ReferencePath
 from geometry.arrays import Array
+from geometry.walls import Obstacles, PartWalls
 from tests.geometry.sides import sides_of
 
 LONG = ReferencePath.from_segments(
@@ -21,9 +22,7 @@ LONG = ReferencePath.from_segments(
 
 def kept(line: Array) -> Array:
     """What a corridor keeps of a boundary."""
-    part = PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0))
-    corridor = Corridor.from_lines(CorridorLines(parts=(part,), obstacles=()))
-    return corridor.lines(0)[0][0]
+    return PartWalls.of(PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0))).lines.left[0]
 
 
 def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
@@ -92,17 +91,24 @@ def corridor(request: pytest.FixtureRequest) -> Corridor:
     return CORRIDORS[request.param]()
 
 
+def built_again(corridor: Corridor) -> Corridor:
+    """The corridor built from the lines and polygons that define it."""
+    walls = tuple(PartWalls.of(walls.lines) for walls in corridor.walls)
+    return Corridor(walls=walls, kept_out=Obstacles.from_polygons(corridor.kept_out.to_polygons()))
+
+
 def test_boundaries_and_obstacles_are_the_same(corridor: Corridor) -> None:
-    lines, again = corridor.to_lines(), Corridor.from_lines(corridor.to_lines()).to_lines()
-    for one, other in zip(lines.parts, again.parts, strict=True):
+    again = built_again(corridor)
+    for walls, others in zip(corridor.walls, again.walls, strict=True):
+        one, other = walls.lines, others.lines
         assert (len(one.left), one.joined, one.narrowest) == (len(other.left), other.joined, other.narrowest)
         assert all(map(np.array_equal, (*one.left, *one.right), (*other.left, *other.right)))
-    assert len(lines.obstacles) == len(again.obstacles)
-    assert all(map(np.array_equal, lines.obstacles, again.obstacles))
+    assert len(corridor.obstacles) == len(again.obstacles)
+    assert all(map(np.array_equal, corridor.obstacles, again.obstacles))
 
 
 def test_half_planes_and_clearances_are_the_same(corridor: Corridor) -> None:
-    again = Corridor.from_lines(corridor.to_lines())
+    again = built_again(corridor)
     points = np.random.default_rng(1).uniform((-6.0, -22.0), (27.0, 14.0), (300, 2))
     bodies = points[:, None, :] + np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5]])
     for part in range(len(corridor.walls)):
