@@ -37,7 +37,8 @@ RARELY = 5.0
 STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
-GAIN_STD = 0.15  # prior of c2
+GAIN_STD = 0.07  # prior of c2
+SUSPICION = 6.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
 NEAR = 0.055
@@ -63,7 +64,7 @@ class Scale(NamedTuple):
     drift: float
 
 
-DRIVE: Final = Scale(0.003, 0.3)
+DRIVE: Final = Scale(0.003, 0.15)
 STEERING: Final = Scale(0.0015, 0.02)
 
 
@@ -78,6 +79,7 @@ class ActuatorRecord:
         stamps: (m,) of the measurements [s]; measured: (m,).
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
+        suspected: a better model, with too little evidence to change to it, or None.
         evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
             likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
         obeys_setpoints: they explain the measurements better than the rates.
@@ -95,6 +97,7 @@ class ActuatorRecord:
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
+    suspected: tuple[float, float] | None = None
     evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
     fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
     gathered_at: float | None = None
@@ -173,9 +176,9 @@ def compared(
     model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
     near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
     now, then = float(residuals[near].min()), float(residuals[best])
-    needed = REFINING if record.corrected else EVIDENCE
+    evidence = float(against[near].min() - against[best])
     better = (
-        float(against[near].min() - against[best]) > needed
+        evidence > (REFINING if record.corrected else EVIDENCE)
         and now - then > scale.least**2
         and then <= noise + floor + (UNEXPLAINED * float(np.std(record.measured))) ** 2
     )
@@ -190,6 +193,7 @@ def compared(
         compared_at=at,
         found=model if better else None,
         agreed=agreed,
+        suspected=model if evidence > SUSPICION and changed is None else None,
         obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
         corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
         uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
@@ -245,3 +249,14 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float)
     tt, yy = float(t @ t) + variance / drift**2, (y * y).sum(axis=3) + variance / GAIN_STD**2
     explained = (yy * te**2 - 2.0 * ty * te * ye + tt * ye**2) / (tt * yy - ty**2)
     return np.asarray(((e * e).sum(axis=3) - explained) / len(t))
+
+
+def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
+    """Mean of w of a model of the bank from `begin` to `end` [s], of rates; None where it is not known."""
+    if not len(record.sent) or not begin < end or begin - model[0] < record.sent[0]:
+        return None
+    output, _ = _advanced(record, end)
+    lag = int(np.argmin(np.abs(LAGS - model[1])))
+    gained = np.append(record.outputs[:, 0, lag], output[0, lag])
+    from_to = np.interp((begin - model[0], end - model[0]), np.append(record.sent, end), gained)
+    return float(from_to[1] - from_to[0]) / (end - begin)
