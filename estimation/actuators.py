@@ -5,11 +5,12 @@ set-points of speed or steering that are sent with them, as nobody says which of
 Each predicts how the measured quantity m, speed or steering, changes:
 
 (A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
-(A2)  m = c0 + c1 t + (1 + c2) Y + noise,   least squares over the last seconds
+(A2)  m = c0 + c1 t + c3 t² / 2 + (1 + c2) Y + noise,   least squares over the last seconds
 
-c0 is where it starts, c1 a slope or whatever else acts, c2 what the actuator answers too strongly: those are
-no lag. The model of least residual explains the drive best. It replaces the present one only if no model near
-that one explains the drive half as well: noise, or a model that is right, changes nothing.
+c0 is where it starts, c1 a slope or whatever else acts, c3 its change, c2 what the actuator answers too
+strongly: those are no lag. The model of least residual explains the drive best. It replaces the present one
+only if the evidence against all models near that one is strong, and if it explains what they leave: noise, a
+slope or a model that is right change nothing.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in a
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
 GAIN_STD = 0.07  # prior of c2
-SUSPICION = 6.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
+CHANGE_TIME = 2.0  # prior of c3: in this time [s] a slope changes by that of c1
+SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
 NEAR = 0.055
@@ -50,7 +52,9 @@ UNKNOWN = 0.8
 KEPT = 0.9
 """Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
 which there was none."""
-UNEXPLAINED = 0.05  # of the motion, beyond noise, at most: else something else than lag is wrong
+EXPLAINS = 25.0
+"""Squares that the present model leaves beyond noise, over those of a better one: else something else than
+lag is wrong, a slope that changes, say."""
 LEAST_COUNT = 10  # of measurements that are compared
 
 
@@ -177,11 +181,13 @@ def compared(
     near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
     now, then = float(residuals[near].min()), float(residuals[best])
     evidence = float(against[near].min() - against[best])
-    better = (
-        evidence > (REFINING if record.corrected else EVIDENCE)
-        and now - then > scale.least**2
-        and then <= noise + floor + (UNEXPLAINED * float(np.std(record.measured))) ** 2
+    explains = (
+        now - then > scale.least**2
+        and now - noise > EXPLAINS * max(then - noise, 0.0)
+        and best[0] < len(DEAD_TIMES) - 1
+        and best[1] < len(LAGS) - 1
     )
+    better = explains and evidence > (REFINING if record.corrected else EVIDENCE)
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
@@ -193,7 +199,7 @@ def compared(
         compared_at=at,
         found=model if better else None,
         agreed=agreed,
-        suspected=model if evidence > SUSPICION and changed is None else None,
+        suspected=model if explains and evidence > SUSPICION and changed is None else None,
         obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
         corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
         uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
@@ -222,9 +228,9 @@ def _near(grid: Array, value: float) -> Array:
 
 
 def _noise(measured: Array) -> float:
-    """Upper bound of the variance of the noise, from the second differences: motion has hardly any."""
+    """Variance of the noise, from the second differences: motion has hardly any."""
     second = np.diff(measured, 2)
-    return 1.5 * float(second @ second) / (6.0 * len(second))
+    return float(second @ second) / (6.0 * len(second))
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -243,12 +249,16 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float)
     y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
     y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
     y = y - y.mean(axis=3, keepdims=True)
-    t = record.stamps - record.stamps.mean()
     e = record.measured - record.measured.mean() - y
-    ty, te, ye = y @ t, e @ t, (y * e).sum(axis=3)
-    tt, yy = float(t @ t) + variance / drift**2, (y * y).sum(axis=3) + variance / GAIN_STD**2
-    explained = (yy * te**2 - 2.0 * ty * te * ye + tt * ye**2) / (tt * yy - ty**2)
-    return np.asarray(((e * e).sum(axis=3) - explained) / len(t))
+    t = record.stamps - record.stamps.mean()
+    courses = np.stack((t, 0.5 * (t**2 - np.mean(t**2))))  # of a slope, and of one that changes
+    prior = np.diag(variance / np.array((drift, drift / CHANGE_TIME)) ** 2)
+    inverse = np.linalg.inv(courses @ courses.T + prior)
+    along_e, along_y = e @ courses.T, y @ courses.T
+    ee = (e * e).sum(axis=3) - ((along_e @ inverse) * along_e).sum(axis=3)
+    ye = (y * e).sum(axis=3) - ((along_y @ inverse) * along_e).sum(axis=3)
+    yy = (y * y).sum(axis=3) - ((along_y @ inverse) * along_y).sum(axis=3) + variance / GAIN_STD**2
+    return np.asarray((ee - ye**2 / yy) / len(t))
 
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
