@@ -40,6 +40,8 @@ AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
 GAIN_STD = 0.07  # prior of c2
 CHANGE_TIME = 2.0  # prior of c3: in this time [s] a slope changes by that of c1
+REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
+ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
@@ -55,21 +57,23 @@ which there was none."""
 EXPLAINS = 25.0
 """Squares that the present model leaves beyond noise, over those of a better one: else something else than
 lag is wrong, a slope that changes, say."""
+SURE = 1.5  # times the estimated variance of the noise: no more than that is noise
 LEAST_COUNT = 10  # of measurements that are compared
 
 
 class Scale(NamedTuple):
     """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
 
-    `drift`: standard deviation of c1 [m/s²], [rad/s].
+    `drift`, `offset`: standard deviations of c1 [m/s²], [rad/s] and, of set-points, of c0 [m/s], [rad].
     """
 
     least: float
     drift: float
+    offset: float
 
 
-DRIVE: Final = Scale(0.003, 0.15)
-STEERING: Final = Scale(0.0015, 0.02)
+DRIVE: Final = Scale(0.002, 0.15, 0.01)
+STEERING: Final = Scale(0.001, 0.02, 0.03)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,7 +88,7 @@ class ActuatorRecord:
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
         suspected: a better model, with too little evidence to change to it, or None.
-        evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
+        evidence: (2, dead times, lags) against each model from earlier seconds, in twice the logarithm of the
             likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
         obeys_setpoints: they explain the measurements better than the rates.
         corrected: (dead time, lag) that the present model was corrected to first, or by more than `TOLD` [s]
@@ -102,8 +106,8 @@ class ActuatorRecord:
     found: tuple[float, float] | None = None
     agreed: int = 0
     suspected: tuple[float, float] | None = None
-    evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
-    fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    evidence: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
+    fresh: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
     gathered_at: float | None = None
     obeys_setpoints: bool = False
     corrected: tuple[float, float] | None = None
@@ -171,28 +175,28 @@ def compared(
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, floor = _noise(record.measured), (0.1 * scale.least) ** 2
-    by_interface = _residuals(record, at, noise + floor, scale.drift)
-    residuals = by_interface.min(axis=0)
+    noise, floor = _noise(record.measured), (0.3 * scale.least) ** 2
+    residuals = _residuals(record, at, noise + floor, scale)
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
     against = record.evidence + fresh
-    best = np.unravel_index(int(np.argmin(against)), against.shape)
-    model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
     near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
-    now, then = float(residuals[near].min()), float(residuals[best])
-    evidence = float(against[near].min() - against[best])
+    best = np.unravel_index(int(np.argmin(against)), against.shape)
+    kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
+    evidence = float(against[kept] - against[best])
+    now, then = float(residuals[kept]), float(residuals[best])
+    model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
     explains = (
         now - then > scale.least**2
-        and now - noise > EXPLAINS * max(then - noise, 0.0)
-        and best[0] < len(DEAD_TIMES) - 1
-        and best[1] < len(LAGS) - 1
+        and now - noise > EXPLAINS * max(then - SURE * noise, 0.0)
+        and best[1] < len(DEAD_TIMES) - 1
+        and best[2] < len(LAGS) - 1
     )
     better = explains and evidence > (REFINING if record.corrected else EVIDENCE)
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
     total = DEAD_TIMES[:, None] + LAGS
-    later = float(total[against - against[best] < EVIDENCE].max()) - sum(changed or present)
+    later = float(total[(against - against[best]).min(axis=0) < EVIDENCE].max()) - sum(changed or present)
     record = _gathered(record, fresh, at)
     record = replace(
         record,
@@ -200,7 +204,7 @@ def compared(
         found=model if better else None,
         agreed=agreed,
         suspected=model if explains and evidence > SUSPICION and changed is None else None,
-        obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
+        obeys_setpoints=bool(best[0] == 1),
         corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
         uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
     )
@@ -238,7 +242,7 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float) -> Array:
+def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> Array:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
     output, _ = _advanced(record, at)
     sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
@@ -248,13 +252,14 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float)
     share = np.clip((due - begin) / (end - begin), 0.0, 1.0)[..., None, None]
     y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
     y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
-    y = y - y.mean(axis=3, keepdims=True)
-    e = record.measured - record.measured.mean() - y
+    e = record.measured - y
     t = record.stamps - record.stamps.mean()
-    courses = np.stack((t, 0.5 * (t**2 - np.mean(t**2))))  # of a slope, and of one that changes
-    prior = np.diag(variance / np.array((drift, drift / CHANGE_TIME)) ** 2)
-    inverse = np.linalg.inv(courses @ courses.T + prior)
+    courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
+    stds = np.array(((ANYWHERE, 1.0, 1.0 / CHANGE_TIME), (1.0, REJECTED, REJECTED / CHANGE_TIME)))
+    stds *= np.array((scale.offset, scale.drift, scale.drift))
+    inverse = np.linalg.inv(courses @ courses.T + variance * np.apply_along_axis(np.diag, 1, stds**-2.0))
     along_e, along_y = e @ courses.T, y @ courses.T
+    inverse = inverse[:, None]
     ee = (e * e).sum(axis=3) - ((along_e @ inverse) * along_e).sum(axis=3)
     ye = (y * e).sum(axis=3) - ((along_y @ inverse) * along_e).sum(axis=3)
     yy = (y * y).sum(axis=3) - ((along_y @ inverse) * along_y).sum(axis=3) + variance / GAIN_STD**2
