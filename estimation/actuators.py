@@ -16,6 +16,7 @@ slope or a model that is right change nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -57,7 +58,7 @@ which there was none."""
 EXPLAINS = 25.0
 """Squares that the present model leaves beyond noise, over those of a better one: else something else than
 lag is wrong, a slope that changes, say."""
-SURE = 1.5  # times the estimated variance of the noise: no more than that is noise
+SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
 
 
@@ -185,9 +186,10 @@ def compared(
     evidence = float(against[kept] - against[best])
     now, then = float(residuals[kept]), float(residuals[best])
     model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
+    sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
     explains = (
         now - then > scale.least**2
-        and now - noise > EXPLAINS * max(then - SURE * noise, 0.0)
+        and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
         and best[2] < len(LAGS) - 1
     )
