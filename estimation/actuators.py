@@ -20,6 +20,7 @@ from math import sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.types import Array
 
@@ -227,7 +228,7 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
     return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
-def _near(grid: Array, value: float) -> Array:
+def _near(grid: Array, value: float) -> NDArray[np.bool_]:
     """Which values of a grid [s] are near this one."""
     off = np.abs(grid - value)
     return np.asarray(off <= max(NEAR, float(off.min())))

@@ -24,7 +24,7 @@ from rti_mpcc.config.mpc import (
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Limits, Ride, Vehicle
+from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits, Ride, Vehicle
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
@@ -59,7 +59,8 @@ class ControllerConfig(Settings):
         vehicle_filter: how noise is taken out of the measured state, see `VehicleFilterConfig`; likewise.
         cycle: time between two steps [s], 0.005 to 0.2.
         actuators: how drive and steering answer a command, see `ActuatorModel`; a live estimate
-            corrects it. `dead_time=` is short for its dead time.
+            corrects it.
+        dead_time: that of `actuators` [s]; given alone it is short for it.
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
@@ -104,6 +105,7 @@ class ControllerConfig(Settings):
     vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     actuators: ActuatorModel = ActuatorModel()
+    dead_time: Delay = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
@@ -144,17 +146,13 @@ class ControllerConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        object.__setattr__(self, "dead_time", self.actuators.dead_time)  # it is frozen
         for name, unit in (("acceleration", "m/s²"), ("steering_rate", "rad/s")):
             comfort, most = getattr(self, f"comfort_{name}"), getattr(self.limits, name)
             if comfort > most and (name == "acceleration" or f"comfort_{name}" in self.model_fields_set):
                 said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
                 raise ValueError(said)
         return self
-
-    @property
-    def dead_time(self) -> float:
-        """Time from a command to the begin of its effect [s], as far as it is given."""
-        return self.actuators.dead_time
 
     @property
     def max_curvature(self) -> float:

@@ -152,6 +152,11 @@ class VehicleEstimate:
         return self.actuators.dead_time
 
     @property
+    def braking_delay(self) -> float:
+        """From a command to brake until the drive has answered it [s]."""
+        return self.actuators.dead_time + self.actuators.drive.lag
+
+    @property
     def disturbance(self) -> Disturbance:
         """The estimated disturbance, none where it is not known."""
         known = self.offsets
