@@ -128,11 +128,12 @@ def _fit(problem: _Problem) -> ActuatorFit:
         bounds=((0.0, 1e-3), LONGEST),
         loss="soft_l1",
         f_scale=_OUTLIER * spread,
-        diff_step=1e-3,
+        diff_step=(1e-3, 1e-3),
         x_scale=(0.1, 0.1),
     )
     residuals, gain = problem.explained(found.x)
-    information = found.jac.T @ found.jac / max(float(np.mean(np.square(residuals))), 1e-18)
+    jacobian = np.asarray(found.jac, dtype=np.float64)
+    information = jacobian.T @ jacobian / max(float(np.mean(np.square(residuals))), 1e-18)
     variances = np.diag(np.linalg.pinv(information))
     predicted = problem.drive.measured.copy()
     predicted[np.concatenate(problem.parts)] -= residuals

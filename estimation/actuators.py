@@ -5,19 +5,22 @@ set-points of speed or steering that are sent with them, as nobody says which of
 Each predicts how the measured quantity m, speed or steering, changes:
 
 (A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
-(A2)  m = c0 + c1 t + (1 + c2) Y + noise,   least squares over the last seconds
+(A2)  m = c0 + c1 t + c3 t² / 2 + (1 + c2) Y + noise,   least squares over the last seconds
 
-c0 is where it starts, c1 a slope or whatever else acts, c2 what the actuator answers too strongly: those are
-no lag. The model of least residual explains the drive best. It replaces the present one only if no model near
-that one explains the drive half as well: noise, or a model that is right, changes nothing.
+c0 is where it starts, c1 a slope or whatever else acts, c3 its change, c2 what the actuator answers too
+strongly: those are no lag. The model of least residual explains the drive best. It replaces the present one
+only if the evidence against all models near that one is strong, and if it explains what they leave: noise, a
+slope or a model that is right change nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimation.types import Array
 
@@ -37,7 +40,11 @@ RARELY = 5.0
 STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
-GAIN_STD = 0.15  # prior of c2
+GAIN_STD = 0.07  # prior of c2
+CHANGE_TIME = 2.0  # prior of c3: in this time [s] a slope changes by that of c1
+REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
+ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
+SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
 NEAR = 0.055
@@ -49,22 +56,26 @@ UNKNOWN = 0.8
 KEPT = 0.9
 """Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
 which there was none."""
-UNEXPLAINED = 0.05  # of the motion, beyond noise, at most: else something else than lag is wrong
+EXPLAINS = 25.0
+"""Squares that the present model leaves beyond noise, over those of a better one: else something else than
+lag is wrong, a slope that changes, say."""
+SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
 
 
 class Scale(NamedTuple):
     """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
 
-    `drift`: standard deviation of c1 [m/s²], [rad/s].
+    `drift`, `offset`: standard deviations of c1 [m/s²], [rad/s] and, of set-points, of c0 [m/s], [rad].
     """
 
     least: float
     drift: float
+    offset: float
 
 
-DRIVE: Final = Scale(0.003, 0.3)
-STEERING: Final = Scale(0.0015, 0.02)
+DRIVE: Final = Scale(0.002, 0.15, 0.01)
+STEERING: Final = Scale(0.001, 0.02, 0.03)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,7 +89,8 @@ class ActuatorRecord:
         stamps: (m,) of the measurements [s]; measured: (m,).
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
-        evidence: (dead times, lags) against each model from earlier seconds, in twice the logarithm of the
+        suspected: a better model, with too little evidence to change to it, or None.
+        evidence: (2, dead times, lags) against each model from earlier seconds, in twice the logarithm of the
             likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
         obeys_setpoints: they explain the measurements better than the rates.
         corrected: (dead time, lag) that the present model was corrected to first, or by more than `TOLD` [s]
@@ -95,8 +107,9 @@ class ActuatorRecord:
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
-    evidence: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
-    fresh: Array = field(default_factory=lambda: np.zeros((len(DEAD_TIMES), len(LAGS))))
+    suspected: tuple[float, float] | None = None
+    evidence: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
+    fresh: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
     gathered_at: float | None = None
     obeys_setpoints: bool = False
     corrected: tuple[float, float] | None = None
@@ -164,33 +177,37 @@ def compared(
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, floor = _noise(record.measured), (0.1 * scale.least) ** 2
-    by_interface = _residuals(record, at, noise + floor, scale.drift)
-    residuals = by_interface.min(axis=0)
+    noise, floor = _noise(record.measured), (0.3 * scale.least) ** 2
+    residuals = _residuals(record, at, noise + floor, scale)
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
     against = record.evidence + fresh
-    best = np.unravel_index(int(np.argmin(against)), against.shape)
-    model = float(DEAD_TIMES[best[0]]), float(LAGS[best[1]])
     near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
-    now, then = float(residuals[near].min()), float(residuals[best])
-    needed = REFINING if record.corrected else EVIDENCE
-    better = (
-        float(against[near].min() - against[best]) > needed
-        and now - then > scale.least**2
-        and then <= noise + floor + (UNEXPLAINED * float(np.std(record.measured))) ** 2
+    best = np.unravel_index(int(np.argmin(against)), against.shape)
+    kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
+    evidence = float(against[kept] - against[best])
+    now, then = float(residuals[kept]), float(residuals[best])
+    model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
+    sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
+    explains = (
+        now - then > scale.least**2
+        and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
+        and best[1] < len(DEAD_TIMES) - 1
+        and best[2] < len(LAGS) - 1
     )
+    better = explains and evidence > (REFINING if record.corrected else EVIDENCE)
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
     total = DEAD_TIMES[:, None] + LAGS
-    later = float(total[against - against[best] < EVIDENCE].max()) - sum(changed or present)
+    later = float(total[(against - against[best]).min(axis=0) < EVIDENCE].max()) - sum(changed or present)
     record = _gathered(record, fresh, at)
     record = replace(
         record,
         compared_at=at,
         found=model if better else None,
         agreed=agreed,
-        obeys_setpoints=bool(by_interface[1].min() < by_interface[0].min()),
+        suspected=model if explains and evidence > SUSPICION and changed is None else None,
+        obeys_setpoints=bool(best[0] == 1),
         corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
         uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
     )
@@ -211,16 +228,16 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
     return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
-def _near(grid: Array, value: float) -> Array:
+def _near(grid: Array, value: float) -> NDArray[np.bool_]:
     """Which values of a grid [s] are near this one."""
     off = np.abs(grid - value)
     return np.asarray(off <= max(NEAR, float(off.min())))
 
 
 def _noise(measured: Array) -> float:
-    """Upper bound of the variance of the noise, from the second differences: motion has hardly any."""
+    """Variance of the noise, from the second differences: motion has hardly any."""
     second = np.diff(measured, 2)
-    return 1.5 * float(second @ second) / (6.0 * len(second))
+    return float(second @ second) / (6.0 * len(second))
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -228,7 +245,7 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float) -> Array:
+def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> Array:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
     output, _ = _advanced(record, at)
     sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
@@ -238,10 +255,26 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, drift: float)
     share = np.clip((due - begin) / (end - begin), 0.0, 1.0)[..., None, None]
     y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
     y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
-    y = y - y.mean(axis=3, keepdims=True)
+    e = record.measured - y
     t = record.stamps - record.stamps.mean()
-    e = record.measured - record.measured.mean() - y
-    ty, te, ye = y @ t, e @ t, (y * e).sum(axis=3)
-    tt, yy = float(t @ t) + variance / drift**2, (y * y).sum(axis=3) + variance / GAIN_STD**2
-    explained = (yy * te**2 - 2.0 * ty * te * ye + tt * ye**2) / (tt * yy - ty**2)
-    return np.asarray(((e * e).sum(axis=3) - explained) / len(t))
+    courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
+    stds = np.array(((ANYWHERE, 1.0, 1.0 / CHANGE_TIME), (1.0, REJECTED, REJECTED / CHANGE_TIME)))
+    stds *= np.array((scale.offset, scale.drift, scale.drift))
+    inverse = np.linalg.inv(courses @ courses.T + variance * np.apply_along_axis(np.diag, 1, stds**-2.0))
+    along_e, along_y = e @ courses.T, y @ courses.T
+    inverse = inverse[:, None]
+    ee = (e * e).sum(axis=3) - ((along_e @ inverse) * along_e).sum(axis=3)
+    ye = (y * e).sum(axis=3) - ((along_y @ inverse) * along_e).sum(axis=3)
+    yy = (y * y).sum(axis=3) - ((along_y @ inverse) * along_y).sum(axis=3) + variance / GAIN_STD**2
+    return np.asarray((ee - ye**2 / yy) / len(t))
+
+
+def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
+    """Mean of w of a model of the bank from `begin` to `end` [s], of rates; None where it is not known."""
+    if not len(record.sent) or not begin < end or begin - model[0] < record.sent[0]:
+        return None
+    output, _ = _advanced(record, end)
+    lag = int(np.argmin(np.abs(LAGS - model[1])))
+    gained = np.append(record.outputs[:, 0, lag], output[0, lag])
+    from_to = np.interp((begin - model[0], end - model[0]), np.append(record.sent, end), gained)
+    return float(from_to[1] - from_to[0]) / (end - begin)

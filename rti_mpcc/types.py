@@ -305,7 +305,8 @@ class Command:
     Attributes:
         acceleration: [m/s²], with the disturbance compensated.
         steering_rate: [rad/s].
-        speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
+        speed, steering: set-points [m/s], [rad] for now + dead time + cycle. They are the integrals of both
+            rates, continue from the last ones, and are led slowly to what is measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
         docked: standing inside the tolerance of the goal that was given last.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib import import_module
 from math import inf, radians, tan
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
@@ -25,7 +25,7 @@ from rti_mpcc.config.mpc import (
     Weights,
 )
 from rti_mpcc.config.route import RoutePlanner
-from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Limits, Ride, Vehicle
+from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits, Ride, Vehicle
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
@@ -60,7 +60,8 @@ class ControllerConfig(Settings):
         vehicle_filter: how noise is taken out of the measured state, see `VehicleFilterConfig`; likewise.
         cycle: time between two steps [s], 0.005 to 0.2.
         actuators: how drive and steering answer a command, see `ActuatorModel`; a live estimate
-            corrects it. `dead_time=` is short for its dead time.
+            corrects it.
+        dead_time: that of `actuators` [s]; given alone it is short for it.
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
@@ -105,6 +106,7 @@ class ControllerConfig(Settings):
     vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     actuators: ActuatorModel = ActuatorModel()
+    dead_time: Delay = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
@@ -145,21 +147,13 @@ class ControllerConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        object.__setattr__(self, "dead_time", self.actuators.dead_time)  # it is frozen
         for name, unit in (("acceleration", "m/s²"), ("steering_rate", "rad/s")):
             comfort, most = getattr(self, f"comfort_{name}"), getattr(self.limits, name)
             if comfort > most and (name == "acceleration" or f"comfort_{name}" in self.model_fields_set):
                 said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
                 raise ValueError(said)
         return self
-
-    if TYPE_CHECKING:
-        dead_time: float = 0.0
-    else:
-
-        @property
-        def dead_time(self) -> float:
-            """Given time from a command to its effect [s]; as an argument, short for that of `actuators`."""
-            return self.actuators.dead_time
 
     @cached_property
     def max_curvature(self) -> float:

@@ -30,7 +30,8 @@ def learnt(
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
         return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), ""
-    out, speed, delta = going_out(s.sent, present, config.cycle), *monitor.measured[[V, DELTA]].tolist()
+    out = going_out(s.sent, present, config.cycle)
+    speed, delta = float(monitor.measured[V]), float(monitor.measured[DELTA])
     drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
     steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
     drive, by_drive = compared(observed(drive, speed, now, s.is_stationary), present.drive, now, DRIVE)

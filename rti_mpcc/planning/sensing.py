@@ -8,6 +8,7 @@ from math import copysign, hypot, pi
 import numpy as np
 
 from estimation import DisturbanceEstimate
+from estimation.actuators import mean_rate
 from estimation.disturbance import Motion, first_estimate, unseated, updated
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
@@ -137,7 +138,7 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
     state, now = monitor.measured, monitor.at
     if before.at is not None and now - before.at > config.longest_cycle:
         before = unseated(before)  # a watchdog may have driven
-    asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
+    asked = 0.0 if before.at is None else _acted(s, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
 
@@ -149,6 +150,13 @@ def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> 
         f"steering sensor is {-offset:+.2f} rad off: it is corrected" if abs(offset) > OFFSET_TOLD else ""
     )
     return (*monitor.sensors.remarks, beside)
+
+
+def _acted(s: ControllerState, begin: float, end: float) -> float:
+    """Mean of the acceleration that the commands made [m/s²], with a lag that is suspected."""
+    drive = s.vehicle.records[0]
+    suspected = None if drive.suspected is None else mean_rate(drive, drive.suspected, begin, end)
+    return mean_acceleration(s.queue, begin, end) if suspected is None else suspected
 
 
 def _moves_as_measured(monitor: StateMonitor) -> bool:

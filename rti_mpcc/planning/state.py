@@ -173,6 +173,11 @@ class VehicleEstimate:
         """From a command until it acts [s]."""
         return self.actuators.dead_time
 
+    @property
+    def braking_delay(self) -> float:
+        """From a command to brake until the drive has answered it [s]."""
+        return self.actuators.dead_time + self.actuators.drive.lag
+
     def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""
         return self.standing_since is not None and now - self.standing_since >= seconds

@@ -146,7 +146,7 @@ def distance_to_moving(
     marks, states = _driven(plan, config, reach)
     ahead = s.now - s.area.given_at + later
     elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
-    stop = s.vehicle.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
+    stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in s.area.moving:
         _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)

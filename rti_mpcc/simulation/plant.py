@@ -19,7 +19,7 @@ at the nodes only.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import copysign, inf, isfinite, prod
+from math import copysign, exp, inf, isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,7 @@ _TO_NODES = np.array(
 )
 _LONGEST_STEP = 0.05
 """Longest integration step [s]; at 10 m/s and full steering its error is below 1e-9 m."""
+_LAG_STEP = 0.005  # the same where actuators lag: over it what acts is constant
 SAME_TIME = 1e-9
 """Instants nearer than this [s] are the same: products of cycle and step counts differ by rounding."""
 
@@ -68,7 +69,8 @@ class PlantParameters:
     Attributes:
         wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
         steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
-        dead_time: of both actuators [s]; steering_offset: the wheels stand at delta + offset [rad].
+        dead_time: of both actuators [s]; drive_lag, steering_lag: of first order [s].
+        steering_offset: the wheels stand at delta + offset [rad].
         acceleration_gain: true over commanded acceleration; acceleration_offset: is added to it [m/s²].
         faults: of the actuators, in any order.
     """
@@ -78,6 +80,8 @@ class PlantParameters:
     steering_rate_limit: float
     acceleration_limit: float
     dead_time: float = 0.0
+    drive_lag: float = 0.0
+    steering_lag: float = 0.0
     steering_offset: float = 0.0
     acceleration_gain: float = 1.0
     acceleration_offset: float = 0.0
@@ -113,7 +117,7 @@ class PlantState:
     Attributes:
         time: [s]; x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
         v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: of the last command that takes effect [m/s²], [rad/s].
+        acceleration, steering_rate: that act [m/s²], [rad/s]; wanted: both as commanded, None: as they act.
         pending: commands that have not taken effect, in the order of their times.
     """
 
@@ -125,6 +129,7 @@ class PlantState:
     delta: float = 0.0
     acceleration: float = 0.0
     steering_rate: float = 0.0
+    wanted: tuple[float, float] | None = None
     pending: tuple[PendingCommand, ...] = ()
 
     @property
@@ -164,17 +169,20 @@ def issue(
 
 def advance(plant: PlantState, parameters: PlantParameters, until: float) -> PlantState:
     """The plant at time `until` [s] (not before its own time), cut wherever an actuator switches."""
+    longest = _LAG_STEP if parameters.drive_lag or parameters.steering_lag else _LONGEST_STEP
     while True:
         plant = _take_effect(plant)
         if until - plant.time <= SAME_TIME:
-            return plant
+            return _following(plant, parameters, 0.0)
         switch = plant.pending[0].time if plant.pending else inf
         steering_share, braking_share, change = _shares(plant, parameters)
+        acting = _following(plant, parameters, 0.5 * longest)
         acceleration, standstill = _acceleration_until_standstill(
-            plant, parameters.acceleration_offset, braking_share
+            acting, parameters.acceleration_offset, braking_share
         )
-        rate, stop = _steering_until_stop(plant, parameters, steering_share)
-        end = min(until, switch, change, standstill, stop, plant.time + _LONGEST_STEP)
+        rate, stop = _steering_until_stop(acting, parameters, steering_share)
+        end = min(until, switch, change, standstill, stop, plant.time + longest)
+        plant = _following(plant, parameters, end - plant.time)
         plant = _integrate(plant, parameters, acceleration, rate, end, at_stop=end == stop)
 
 
@@ -183,12 +191,25 @@ def _take_effect(plant: PlantState) -> PlantState:
     if not plant.pending or plant.pending[0].time > plant.time + SAME_TIME:
         return plant
     due = [command for command in plant.pending if command.time <= plant.time + SAME_TIME]
+    wanted = due[-1].acceleration, due[-1].steering_rate
+    return replace(plant, wanted=wanted, pending=plant.pending[len(due) :])
+
+
+def _following(plant: PlantState, parameters: PlantParameters, seconds: float) -> PlantState:
+    """What acts so much later, at the same place: it follows what is commanded."""
+    if plant.wanted is None:
+        return plant
+    a, rate = plant.wanted
+    a = _lagged(plant.acceleration, a, seconds, parameters.drive_lag)
     return replace(
         plant,
-        acceleration=due[-1].acceleration,
-        steering_rate=due[-1].steering_rate,
-        pending=plant.pending[len(due) :],
+        acceleration=a,
+        steering_rate=_lagged(plant.steering_rate, rate, seconds, parameters.steering_lag),
     )
+
+
+def _lagged(value: float, towards: float, seconds: float, lag: float) -> float:
+    return towards if lag <= 0.0 else towards + (value - towards) * exp(-seconds / lag)
 
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:

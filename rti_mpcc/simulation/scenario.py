@@ -15,7 +15,14 @@ from pydantic import Field
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.config import COMFORT_ACCELERATION, ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.config import (
+    COMFORT_ACCELERATION,
+    ActuatorModel,
+    ControllerConfig,
+    GoalTracking,
+    Limits,
+    Vehicle,
+)
 from rti_mpcc.paper import with_method
 from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
@@ -30,6 +37,7 @@ from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, Strai
 from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
+_ACTUATORS = {"dead_time", "drive_lag", "steering_lag"}
 _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
@@ -135,7 +143,7 @@ class Scenario(Section):
             "vehicle": self.vehicle,
             "limits": self.limits,
             "cycle": simulation.cycle,
-            "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
+            "actuators": self._actuators(),
             "goal_tolerance": self.goal.tolerance,
         }
         if (measurement is not None) if detections is None else detections:
@@ -145,7 +153,9 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        changes.update(section.model_dump(exclude={"dead_time", "docking_time"}, exclude_none=True))
+        changes.update(
+            section.model_dump(exclude={*ActuatorModel.model_fields, "docking_time"}, exclude_none=True)
+        )
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
         config = with_method(make.get(preset, ControllerConfig)(**changes), method)
         if section.docking_time is None:
@@ -153,9 +163,15 @@ class Scenario(Section):
         path = self.build_path()
         return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
 
+    def _actuators(self) -> ActuatorModel:
+        """What the controller assumes: as its section says, or else the truth."""
+        names = set(ActuatorModel.model_fields)
+        given = self.controller.model_dump(include=names, exclude_none=True)
+        return ActuatorModel(**(self.simulation.model_dump(include=names) | given))
+
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
-        errors = self.simulation.model_dump(include={"dead_time", *_ERRORS})
+        errors = self.simulation.model_dump(include={*_ACTUATORS, *_ERRORS})
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
     def _problems(self) -> Iterator[KeyProblem]:

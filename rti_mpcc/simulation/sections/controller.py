@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from rti_mpcc.config import EXIT, Ride
+from rti_mpcc.config.vehicle import Delay
 from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Positive, Section, Triple
 
 _Noise = Annotated[
@@ -18,7 +19,10 @@ _Noise = Annotated[
 class ControllerSection(Section):
     """What the controller assumes or is asked for; None is the preset's own value."""
 
-    dead_time: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    dead_time: Delay | None = None
+    drive_lag: Delay | None = None
+    steering_lag: Delay | None = None
+    steering_dead_time: Delay | None = None
     comfort_acceleration: Positive | None = None
     comfort_lateral_acceleration: Positive | None = None
     comfort_steering_rate: Positive | None = None
@@ -40,6 +44,8 @@ class SimulationSection(Section):
     plant_step: float = Field(default=0.01, ge=0.0005, le=0.05)
     cycle: float = Field(default=0.05, ge=0.005, le=0.2)
     dead_time: float = Field(default=0.0, ge=0.0, le=1.0)
+    drive_lag: float = Field(default=0.0, ge=0.0, le=1.0)
+    steering_lag: float = Field(default=0.0, ge=0.0, le=1.0)
     duration: float = Field(default=120.0, gt=0.0, le=3600.0)
     wheelbase_error: float = Field(default=0.0, ge=-0.5, le=0.5)
     steering_offset: float = Field(default=0.0, ge=-0.3, le=0.3)

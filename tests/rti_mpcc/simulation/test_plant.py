@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, inf, nan, sin, tan
+from math import cos, exp, inf, nan, sin, tan
 
 import pytest
 from scipy.integrate import solve_ivp
@@ -149,3 +149,13 @@ def test_a_late_command_acts_from_its_arrival_until_the_next_one_arrives() -> No
     plant = issue(plant, PARAMETERS, acceleration=0.0, steering_rate=0.0, delay=0.4)
     assert [command.time for command in plant.pending] == pytest.approx([0.1, 0.3, 0.5])
     assert driven(plant, PARAMETERS, 1.0, 0.05).v == pytest.approx(0.2, abs=1e-12)
+
+
+def test_actuators_with_lag_follow_exponentially() -> None:
+    """A step of the command: v = a (t - tau (1 - exp(-t / tau))), and the same for the steering."""
+    lags = replace(PARAMETERS, drive_lag=0.3, steering_lag=0.2)
+    plant = issue(PlantState(x=0.0, y=0.0, phi=0.0), lags, acceleration=0.5, steering_rate=0.4)
+    plant = advance(plant, lags, 0.7)
+    for got, rate, lag in ((plant.v, 0.5, 0.3), (plant.delta, 0.4, 0.2)):
+        assert got == pytest.approx(rate * (0.7 - lag * (1.0 - exp(-0.7 / lag))), rel=1e-4)
+    assert plant.acceleration == pytest.approx(0.5 * (1.0 - exp(-0.7 / 0.3)), rel=1e-6)
