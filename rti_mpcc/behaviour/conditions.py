@@ -141,8 +141,8 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 
 def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
     """Since when the vehicle stands [s], or None."""
-    vehicle, speeds = s.vehicle, (context.measured_speed, float(context.state[V]))
-    return standstill.standing_since(vehicle.standing_since, vehicle.motion, speeds, context.now, config)
+    speeds = (context.measured_speed, float(context.state[V]))
+    return standstill.standing_since(s.vehicle.standing_since, speeds, context.now, config)
 
 
 def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:

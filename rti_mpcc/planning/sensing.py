@@ -44,6 +44,10 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
     """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
     estimate, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert estimate is not None
+    unseen = s.vehicle.motion.unseen(config)
+    if unseen:
+        estimate = estimate.copy()
+        estimate[V] += unseen
     return known.effective(by_commands(estimate, s.queue, s.now, at, config, known))
 
 
@@ -65,7 +69,9 @@ def context_of(
         begin=now + config.dead_time,
         state=reached,
         acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
-        measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
+        measured_speed=0.0
+        if monitor.state is None
+        else float(monitor.state[V]) + s.vehicle.motion.unseen(config),
         doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,

@@ -25,7 +25,8 @@ REST_TIME = 5.0 / 6.0
 REST_SHARE = 1.0 / 3.0
 MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
 WINDOW = 1.0  # [s] over which motion is looked at
-SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared
+SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
+FEWEST = 4  # moments that tell a speed
 NOISE = 3.0  # standard deviations that noise explains
 UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
@@ -36,13 +37,12 @@ LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
+    """At time `at` [s]: distance [m] `driven` along the axis by poses;
     `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `speed`: measured [m/s]; `gained`, `planned`:
     speed [m/s] and distance [m] by the commands alone."""
 
     at: float
     driven: float = 0.0
-    told: float = 0.0
     unexplained: float = 0.0
     speed: float = 0.0
     gained: float = 0.0
@@ -90,7 +90,6 @@ class Motion:
         moment = Moment(
             now,
             driven=last.driven + step,
-            told=last.told + 0.5 * (speed + self.speed) * seconds,
             unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
             speed=speed,
             gained=last.gained + gained,
@@ -99,10 +98,22 @@ class Motion:
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
         return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
-    def slip(self, least: float) -> float:
-        """By how much the poses move faster than the measured speeds say [m/s]; 0 if that is below `least`
-        or may be noise."""
-        found, std = _slope([(m.at, m.driven - m.told) for m in self._last(SLIP_TIME)], self.noise[0])
+    def unseen(self, config: ControllerConfig) -> float:
+        """Speed [m/s] of a vehicle that is measured to stand, by its poses since then: of as few of them as noise
+        allows. 0 if it is not measured to stand, or if noise may be all of it."""
+        least, rest = 0.5 * rest_speed(config), []
+        for moment in reversed(self._last(SLIP_TIME)):
+            if abs(moment.speed) > 2.0 * MOVING_FACTOR * least:
+                break
+            rest.append(moment)
+        for count in (FEWEST, 2 * FEWEST, len(rest)):
+            last = rest[:count]
+            found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
+            if NOISE * std <= least:
+                break
+        if len(last) < FEWEST:
+            return 0.0
+        found -= sum(m.speed for m in last) / len(last)
         return found if abs(found) > max(least, NOISE * std) else 0.0
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
@@ -131,13 +142,13 @@ class Motion:
         later = (last.gained - middle.gained) / (last.at - middle.at)
         return abs(later - (middle.gained - first.gained) / (middle.at - first.at))
 
-    def beside(self) -> tuple[float, float]:
+    def beside(self, config: ControllerConfig) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], by the poses or by the speeds of the last `WINDOW`,
         whichever is less noisy, and its standard deviation; infinite where too little is known."""
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         by_poses = _curvature([(m.at, m.driven - m.planned) for m in self.moments], self.noise[0])
-        if self.slip(0.0) != 0.0:
+        if self.unseen(config) != 0.0:
             return by_poses
         by_speeds = _slope([(m.at, m.speed - m.gained) for m in self.moments], self.noise[1])
         return min(by_poses, by_speeds, key=lambda each: each[1])
@@ -158,16 +169,14 @@ def rest_speed(config: ControllerConfig) -> float:
 
 
 def standing_since(
-    since: float | None, motion: Motion, speeds: tuple[float, float], now: float, config: ControllerConfig
+    since: float | None, speeds: tuple[float, float], now: float, config: ControllerConfig
 ) -> float | None:
     """Since when the vehicle stands [s], or None.
 
-    `since`: of the last cycle; `speeds`: measured, and when a command of now starts to act [m/s].
+    `since`: of the last cycle; `speeds`: now, and when a command of now starts to act [m/s].
     """
     least = rest_speed(config)
-    slip = motion.slip(0.5 * least)
-    speed = max(abs(each + slip) for each in speeds)
-    if speed > (least if since is None else MOVING_FACTOR * least):
+    if max(map(abs, speeds)) > (least if since is None else MOVING_FACTOR * least):
         return None
     return now if since is None else since
 
@@ -180,7 +189,7 @@ def stays_at_once(
     if seconds > SLIP_TIME:
         return False
     most = REST_SHARE * min(config.goal_tolerance[:2])
-    if motion.slip(0.5 * rest_speed(config)) != 0.0 or motion.unexplained() * SURPRISE_TIME > most:
+    if motion.unseen(config) != 0.0 or motion.unexplained() * SURPRISE_TIME > most:
         return False
     return abs(error) + max(map(abs, speeds)) * (config.dead_time + UNKNOWN_LAG) <= most
 

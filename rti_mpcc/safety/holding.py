@@ -89,7 +89,7 @@ def _balancing(s: ControllerState, config: ControllerConfig) -> float:
     A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step from
     the last command the gain hardly matters.
     """
-    beside, std = s.vehicle.motion.beside()
+    beside, std = s.vehicle.motion.beside(config)
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
@@ -113,7 +113,10 @@ def control(
 ) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
     e = _ahead(hold, context)
-    v = float(context.state[V]) + s.vehicle.motion.slip(0.5 * standstill.rest_speed(config))
+    v = float(context.state[V])
+    if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
+        # Not even by noise: a brake holds it, and the estimate alone says what would.
+        hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
     integral = hold.integral - K_I * e * config.cycle
     integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
     most = config.limits.acceleration
