@@ -69,9 +69,7 @@ def context_of(
         begin=now + config.dead_time,
         state=reached,
         acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
-        measured_speed=0.0
-        if monitor.state is None
-        else float(monitor.state[V]) + s.vehicle.motion.unseen(config),
+        measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
         doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,

@@ -115,8 +115,9 @@ def control(
     e = _ahead(hold, context)
     v = float(context.state[V])
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
-        # Not even by noise: a brake holds it, and the estimate alone says what would.
+        # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
+        return ControlInput(0.0, 0.0, Source.STANDSTILL), hold
     integral = hold.integral - K_I * e * config.cycle
     integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
     most = config.limits.acceleration
