@@ -41,7 +41,7 @@ from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
 from rti_mpcc.route_planner.path_repair import PathChange, mended_path
-from rti_mpcc.safety import fallback, limiter
+from rti_mpcc.safety import fallback, holding, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
@@ -288,7 +288,8 @@ class DockingController:
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        before = holding.undisturbed(s)
+        monitor = validate_measurement(before, measured, s.queue, clock.now, config, last.disturbance)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
