@@ -34,6 +34,7 @@ from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
+from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
@@ -126,6 +127,7 @@ class DockingController:
     def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
         make_ready()
         self.config, self.state, self._rerouter = config, state, rerouter
+        _log.info("%s", _proportions(config))
         self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
@@ -424,6 +426,16 @@ class DockingController:
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
         s = _sent(moves.begun_again(s, str(verdict)), control, at)
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _proportions(config: ControllerConfig) -> str:
+    """The lengths that follow from the vehicle's size and from the tolerance."""
+    kept, length = config.clearance, config.vehicle.front + config.vehicle.rear
+    return (
+        f"vehicle of {length:.2f} m: clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
+        f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
+        f"it stands below {rest_speed(config):.3g} m/s"
+    )
 
 
 def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area | None:
