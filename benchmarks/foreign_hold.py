@@ -2,8 +2,8 @@
 
     python -m benchmarks.foreign_hold --count 30 --seed 1     # one line a draw, then the sums
 
-A draw is docked in truth, or it is not. After the first DOCKED it is driven for another 60 s: its true pose must
-stay inside the tolerance, and within a third of it of where it was.
+After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and within a third
+of it of where it was.
 """
 
 from __future__ import annotations
@@ -172,7 +172,8 @@ def main() -> None:
         print(index, "good" if stay.good else "BAD", stay, draw, flush=True)
     docked = [each for each in stays if each.docked_at is not None]
     print(
-        f"{len(docked)} of {len(stays)} docked; {sum(each.worst > 1.0 for each in docked)} left the tolerance, "
+        f"{len(docked)} of {len(stays)} docked; "
+        f"{sum(each.worst > 1.0 for each in docked)} left the tolerance, "
         f"{sum(each.share > LARGEST_SHARE for each in docked)} moved by more than a third of it, "
         f"{sum(each.lost > 0 for each in docked)} were not docked any more at some time"
     )
