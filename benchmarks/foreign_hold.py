@@ -2,8 +2,8 @@
 
     python -m benchmarks.foreign_hold --count 30 --seed 1     # one line a draw, then the sums
 
-After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and within a third
-of it of where it was.
+After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and may move by a
+third of it.
 """
 
 from __future__ import annotations

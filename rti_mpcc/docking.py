@@ -127,11 +127,11 @@ class DockingController:
     def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
         make_ready()
         self.config, self.state, self._rerouter = config, state, rerouter
-        _log.info("%s", _proportions(config))
         self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
         self._filtering = config.goal_tracking.required
+        _log.info("%s", _proportions(config))
 
     @property
     def path(self) -> ReferencePath | None:
@@ -286,12 +286,11 @@ class DockingController:
         obstacles: Sequence[ArrayLike] | None,
     ) -> tuple[ControllerState, tuple[str, ...]]:
         """With the usable inputs, and remarks on the others."""
-        config = self.config
+        config, s = self.config, holding.not_reckoned(s)
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
-        before = holding.undisturbed(s)
-        monitor = validate_measurement(before, measured, s.queue, clock.now, config, last.disturbance)
+        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)

@@ -19,7 +19,6 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
 from rti_mpcc.safety.fallback import SETTLING_TIME, ControlInput
 from rti_mpcc.types import Source
@@ -96,12 +95,13 @@ def stays_put(s: ControllerState) -> bool:
     return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
 
 
-def undisturbed(s: ControllerState) -> StateMonitor:
-    """The monitor of a vehicle that a brake holds: it is not reckoned to move, whatever it is commanded."""
+def not_reckoned(s: ControllerState) -> ControllerState:
+    """A docked vehicle that a brake holds is not reckoned to move, whatever it is commanded."""
     hold, monitor = s.task.hold, s.vehicle.monitor
     if hold is None or hold.docked is None or s.vehicle.motion.spread() > 0.0:
-        return monitor
-    return replace(monitor, reckoned=monitor.measured)
+        return s
+    monitor = replace(monitor, reckoned=monitor.measured)
+    return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 
 def _anchor(context: PlanningContext) -> Pose2:
