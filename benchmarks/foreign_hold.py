@@ -1,9 +1,9 @@
 """Does a foreign vehicle stay where it docked? Random vehicles on the README's path, in their own size.
 
-    python -m benchmarks.foreign_hold --count 30 --seed 1     # one line a draw, then the sums
+    python -m benchmarks.foreign_hold --count 30 --seed 1   # one line a draw, then the sums
 
-After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and may move by a
-third of it.
+After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and move by no
+more than a third of it.
 """
 
 from __future__ import annotations
