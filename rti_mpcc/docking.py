@@ -34,12 +34,13 @@ from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
+from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.safety import fallback, limiter
+from rti_mpcc.safety import fallback, holding, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.sending import sent
@@ -138,6 +139,7 @@ class DockingController:
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
         self._filtering = config.goal_tracking.required
+        _log.info("%s", _proportions(config))
 
     @property
     def path(self) -> ReferencePath | None:
@@ -293,7 +295,7 @@ class DockingController:
         obstacles: Sequence[ArrayLike] | None,
     ) -> tuple[ControllerState, tuple[str, ...]]:
         """With the usable inputs, and remarks on the others."""
-        config = self.config
+        config, s = self.config, holding.not_reckoned(s)
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
@@ -442,6 +444,16 @@ class DockingController:
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
         s = sent(moves.begun_again(s, str(verdict)), control, at, start, config)
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _proportions(config: ControllerConfig) -> str:
+    """The lengths that follow from the vehicle's size and from the tolerance."""
+    kept, length = config.clearance, config.vehicle.front + config.vehicle.rear
+    return (
+        f"vehicle of {length:.2f} m: clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
+        f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
+        f"it stands below {rest_speed(config):.3g} m/s"
+    )
 
 
 def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area | None:

@@ -115,7 +115,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
     angle, (*_, delta, theta) = s.task.whole.wheels, context.state.tolist()
-    near = theta - s.task.whole.part.start <= WHEELS_REACH
+    near = theta - s.task.whole.part.start <= WHEELS_REACH * w.config.size
     if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
         return None
     control = fallback.turn_wheels(context.state, angle, w.config)
@@ -390,7 +390,7 @@ def _follow_plan(
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else CLEAR_TIME
-    distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE, later)
+    distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:
         slowing = stopping.slowing(context, plan, config)
         distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))

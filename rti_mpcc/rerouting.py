@@ -25,7 +25,8 @@ from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
-from rti_mpcc.planning.state import MOVING_SPEED, ControllerState, Phase
+from rti_mpcc.planning.standstill import moving_speed
+from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.scouting import takes_too_long
@@ -215,7 +216,7 @@ class Rerouter:
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
         position, heading = ways.GOAL_MOVED
         off = goal.relative_to(planned)
-        return apart(goal, planned) > position or abs(off.phi) > heading
+        return apart(goal, planned) > self._config.size * position or abs(off.phi) > heading
 
     def _needed(self, s: ControllerState) -> ReplanRequest | None:
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
@@ -274,7 +275,7 @@ class Rerouter:
         if found is None or route is None or self._asked is None:
             return s
         asked = self._needed(s)
-        if asked is None or not self._asked.matches(asked, ways.NEAR, config.clearance.wanted):
+        if asked is None or not self._asked.matches(asked, ways.near_enough(config), config.clearance.wanted):
             return s
         planning = s.task.phase is Phase.PLANNING
         told = replace(route, manoeuvre=found, changes=s.area.changes)
@@ -311,7 +312,7 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
     speed = abs(float(state[V]))
-    if speed <= MOVING_SPEED:
+    if speed <= moving_speed(config):
         return None
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0

@@ -18,7 +18,8 @@ from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
-from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.standstill import rest_speed
+from rti_mpcc.planning.state import ControllerState, Phase, SuspendedSearch
 from rti_mpcc.planning.stops import SEEN_SHARE
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
@@ -89,8 +90,8 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
         filled = contact.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
-    if NEAR_STOP < left < inf:
-        s = moves.stop_before(s, context, left, None, str(contact.met_at(s, filled, config)))
+    if NEAR_STOP * config.size < left < inf:
+        s = moves.stop_before(s, context, left, None, config.size, str(contact.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
     elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s)):
@@ -166,7 +167,7 @@ def _another_way(
 def _stop_before(found: Found, filled: float, context: PlanningContext, w: Workspace) -> Found:
     """A stop before what still blocks the route."""
     left, met = _left_before(filled, context, w), contact.met_at(found.s, filled, w.config)
-    s = moves.stop_before(found.s, context, left, found.s.area.changes, str(met))
+    s = moves.stop_before(found.s, context, left, found.s.area.changes, w.config.size, str(met))
     if s.task.phase is Phase.HOLDING:
         return Found(s, found.attempt, w.context(s))
     return _onward(s, w.context(s), w)[0]
@@ -224,7 +225,7 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
     """Whether it would stop right here, `distance` [m] in front of a boundary: nothing to wait for."""
-    if distance - contact.stop_clearance(w.config) > NEAR_STOP:
+    if distance - contact.stop_clearance(w.config) > NEAR_STOP * w.config.size:
         return False
     return contact.distance_to_obstacle(s, plan, w.config) > distance
 
@@ -237,12 +238,12 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     if s.on_planned_way or route.why or s.goal.rejected:
         return False
-    stands = abs(float(measured[V])) <= STANDSTILL_SPEED
+    stands = abs(float(measured[V])) <= rest_speed(config)
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
     if not (stands and begins and config.objective.arrives_at_goal):
         return False
     before = route.rehearsed
-    return before is None or apart(goal, before) > ways.GOAL_MOVED[0]
+    return before is None or apart(goal, before) > config.size * ways.GOAL_MOVED[0]
 
 
 def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:

@@ -15,7 +15,7 @@ from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import DUE_SHARE
-from rti_mpcc.planning.state import MOVING_SPEED, STANDSTILL_SPEED, ControllerState, Hold, Phase
+from rti_mpcc.planning.state import ControllerState, Hold, Phase
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
@@ -110,7 +110,7 @@ def stuck_inside(s: ControllerState, context: PlanningContext, config: Controlle
 
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
-    there = context.free and not context.ends_at_goal and _near(context)
+    there = context.free and not context.ends_at_goal and _near(context, config)
     if there and s.task.segment.dwell > 0.0 and s.is_stationary:
         return False  # it waits for its dwell, near enough to the end of this segment
     return overdue(s, context) or _stuck(s, context, config)
@@ -141,8 +141,8 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 
 def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
     """Since when the vehicle stands [s], or None."""
-    vehicle, speeds = s.vehicle, (context.measured_speed, float(context.state[V]))
-    return standstill.standing_since(vehicle.standing_since, vehicle.motion, speeds, context.now, config)
+    speeds = (context.measured_speed, float(context.state[V]))
+    return standstill.standing_since(s.vehicle.standing_since, speeds, context.now, config)
 
 
 def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
@@ -189,19 +189,19 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
     dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
-    if abs(context.measured_speed) > STANDSTILL_SPEED:
+    if abs(context.measured_speed) > standstill.rest_speed(config):
         return False
     if context.inside(context.error):
         return True
     if s.on_planned_way:
         return False
     long = s.vehicle.is_stationary(context.now, max(STANDSTILL_TIME, dwell))
-    return long and _near(context)
+    return long and _near(context, config)
 
 
-def _near(context: PlanningContext) -> bool:
+def _near(context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the target, a cusp, is near enough to go on from."""
-    return hypot(context.error.x, context.error.y) <= CUSP_REACH
+    return hypot(context.error.x, context.error.y) <= CUSP_REACH * config.size
 
 
 def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -210,6 +210,6 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
     long = STANDSTILL_TIME if task.objective.along_path else TURNING_TIME
     if task.arrival is not None and task.arrival.overdue_since is None:
         # It begins as slowly as its comfort has it.
-        long = TURNING_TIME + MOVING_SPEED / config.arrival_acceleration
+        long = TURNING_TIME + standstill.moving_speed(config) / config.arrival_acceleration
     standing = s.vehicle.is_stationary(context.now, long)
     return standing and task.halt is None and context.now - task.driving_since > STANDSTILL_TIME

@@ -42,13 +42,19 @@ def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | Non
 
 
 def stop_before(
-    s: ControllerState, context: PlanningContext, distance: float, obstacle_changes: int | None, met: str = ""
+    s: ControllerState,
+    context: PlanningContext,
+    distance: float,
+    obstacle_changes: int | None,
+    size: float,
+    met: str,
 ) -> ControllerState:
     """Something blocks the route: drive to a stop `distance` [m] ahead, or stay if that is near.
 
     `obstacle_changes`: after which no route past was found; None: there was no time to search one.
+    `size`: see `ControllerConfig.size`.
     """
-    stays = distance <= NEAR_STOP
+    stays = distance <= NEAR_STOP * size
     stop = PlannedStop(
         at=float(context.state[THETA]) + max(distance, 0.0),
         goal=s.goal.pose,
@@ -59,7 +65,8 @@ def stop_before(
     s = transition_on(s, Event.WAY_FILLED)
     if stays:
         s = transition_on(s, Event.STOP_IS_HERE)
-    task = s.task.on(s.task.whole.stopped(stop, STOP_TOLERANCE))
+    along, across, heading = STOP_TOLERANCE
+    task = s.task.on(s.task.whole.stopped(stop, (size * along, size * across, heading)))
     return replace(s, task=replace(task, looks_past=task.looks_past and not stays))
 
 

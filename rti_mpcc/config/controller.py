@@ -42,6 +42,9 @@ LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything withi
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
 TIGHT = 0.03
 """Where the least clearance is no more than this [m], plans go as near as that."""
+SMALL = 3.0
+"""Length of a body [m] below which lengths that suit cars are made smaller."""
+LEAST_SIZE = 0.2
 PAPER = "rti_mpcc.paper"
 """Where the paper's objectives are. It is loaded by name when one of them is asked for: what drives a vehicle
 does without it."""
@@ -154,6 +157,21 @@ class ControllerConfig(Settings):
                 said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
                 raise ValueError(said)
         return self
+
+    @model_validator(mode="after")
+    def _in_proportion(self) -> Self:
+        """Clearances that were not given are those of the vehicle's size."""
+        object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
+        return self
+
+    @cached_property
+    def size(self) -> float:
+        """Share by which lengths that suit cars are smaller for this vehicle: 1 from `SMALL` on.
+
+        Measurements do not get better with the size: no length is less than `LEAST_SIZE` of that of a car.
+        """
+        vehicle = self.vehicle
+        return min(max((vehicle.front + vehicle.rear) / SMALL, LEAST_SIZE), 1.0)
 
     @cached_property
     def max_curvature(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import Field, model_serializer, model_validator
+from pydantic import Field, PrivateAttr, model_serializer, model_validator
 
 from estimation import GoalFilterConfig
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Triple
@@ -75,13 +75,27 @@ class Clearance(Settings):
     ROUTES: ClassVar = 0.1
     """What a route keeps on top of `wanted` [m]: what the vehicle driving it may leave of it."""
 
+    _size: float = PrivateAttr(default=1.0)
+
     least: NonNegative = 0.05
     wanted: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
 
     @property
     def on_routes(self) -> float:
         """What a planned route keeps where there is room [m]."""
-        return self.wanted + self.ROUTES
+        return self.wanted + self.ROUTES * self._size
+
+    def of_size(self, size: float) -> Self:
+        """For a vehicle of this `ControllerConfig.size`: what was not given is as much smaller."""
+        if size == self._size == 1.0:
+            return self
+        least = self.least if "least" in self.model_fields_set else size * Clearance().least
+        wanted = self.wanted if "wanted" in self.model_fields_set else max(size * Clearance().wanted, least)
+        scaled = self.model_copy()
+        for name, value in (("least", min(least, wanted)), ("wanted", wanted)):
+            object.__setattr__(scaled, name, value)
+        scaled._size = size
+        return scaled
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -14,7 +14,8 @@ from rti_mpcc.ocp.objectives import HorizonObjective
 from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time, time_along, within_reach
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import FLAT
-from rti_mpcc.planning.state import MOVING_SPEED, Arrival, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.standstill import moving_speed
+from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.types import Trajectory
 
 LATE_REACH = 2.0  # [m] from its target: nearer, an arrival keeps its time
@@ -64,7 +65,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose = context.begin, context.target.pose
     moved = apart(arrival.timed_for, pose) > TARGET_MOVED
     lost = bool(s.queue) and begin - s.queue[-1].begins > config.longest_cycle
-    lost = lost or _held_up(s, context)
+    lost = lost or _held_up(s, context, config)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
@@ -109,13 +110,13 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.distance <= needed
 
 
-def _held_up(s: ControllerState, context: PlanningContext) -> bool:
+def _held_up(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a vehicle far from its target stands although its plan drives: it is held from outside."""
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
     soon = int(np.searchsorted(plan.times, context.begin + SOON))
-    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > MOVING_SPEED
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > moving_speed(config)
     return drives and context.distance > LATE_REACH
 
 

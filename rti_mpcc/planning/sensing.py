@@ -46,6 +46,10 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
     """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
     estimate, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert estimate is not None
+    unseen = s.vehicle.motion.unseen(config)
+    if unseen:
+        estimate = estimate.copy()
+        estimate[V] += unseen
     return known.effective(by_commands(estimate, s.queue, s.now, at, config, known))
 
 

@@ -25,10 +25,9 @@ REST_TIME = 5.0 / 6.0
 REST_SHARE = 1.0 / 3.0
 MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
 WINDOW = 1.0  # [s] over which motion is looked at
-SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared
+SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
+FEWEST = 4  # moments that tell a speed
 NOISE = 3.0  # standard deviations that noise explains
-UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
-SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
 PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
 LEAST_MOMENTS = 6  # for an acceleration by poses
 LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
@@ -36,13 +35,16 @@ LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """At time `at` [s]: distances [m] `driven` along the axis by poses, and `told` by measured speeds;
-    `unexplained`: the measured speed less what commands and disturbance make of it [m/s]; `speed`: measured [m/s]; `gained`, `planned`:
-    speed [m/s] and distance [m] by the commands alone."""
+    """At time `at` [s].
+
+    Attributes:
+        driven: distance along the axis by poses [m]; speed: measured [m/s].
+        unexplained: the measured speed less what commands and disturbance make of it [m/s].
+        gained, planned: speed [m/s] and distance [m] by the commands alone.
+    """
 
     at: float
     driven: float = 0.0
-    told: float = 0.0
     unexplained: float = 0.0
     speed: float = 0.0
     gained: float = 0.0
@@ -90,7 +92,6 @@ class Motion:
         moment = Moment(
             now,
             driven=last.driven + step,
-            told=last.told + 0.5 * (speed + self.speed) * seconds,
             unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
             speed=speed,
             gained=last.gained + gained,
@@ -99,10 +100,24 @@ class Motion:
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
         return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
-    def slip(self, least: float) -> float:
-        """By how much the poses move faster than the measured speeds say [m/s]; 0 if that is below `least`
-        or may be noise."""
-        found, std = _slope([(m.at, m.driven - m.told) for m in self._last(SLIP_TIME)], self.noise[0])
+    def unseen(self, config: ControllerConfig) -> float:
+        """Speed [m/s] of a vehicle that is measured to stand, by as few poses as noise allows.
+
+        0 if it is not measured to stand, or if noise may be all of it.
+        """
+        least, rest = 0.5 * rest_speed(config), []
+        for moment in reversed(self._last(SLIP_TIME)):
+            if abs(moment.speed) > 2.0 * MOVING_FACTOR * least:
+                break
+            rest.append(moment)
+        for count in (FEWEST, 2 * FEWEST, len(rest)):
+            last = rest[:count]
+            found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
+            if NOISE * std <= least:
+                break
+        if len(last) < FEWEST:
+            return 0.0
+        found -= sum(m.speed for m in last) / len(last)
         return found if abs(found) > max(least, NOISE * std) else 0.0
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
@@ -123,7 +138,7 @@ class Motion:
         return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
 
     def change_of_command(self) -> float:
-        """By how much the commanded acceleration has changed within `WINDOW` [m/s²], on the mean of its halves."""
+        """By how much the command has changed [m/s²], from the first to the second half of `WINDOW`."""
         half = [m for m in self.moments if self.moments[-1].at - m.at >= 0.5 * WINDOW - 1e-9]
         if not half or half[-1].at == self.moments[0].at:
             return inf
@@ -131,13 +146,15 @@ class Motion:
         later = (last.gained - middle.gained) / (last.at - middle.at)
         return abs(later - (middle.gained - first.gained) / (middle.at - first.at))
 
-    def beside(self) -> tuple[float, float]:
-        """Acceleration that acts beside the commands [m/s²], by the poses or by the speeds of the last `WINDOW`,
-        whichever is less noisy, and its standard deviation; infinite where too little is known."""
+    def beside(self, config: ControllerConfig) -> tuple[float, float]:
+        """Acceleration that acts beside the commands [m/s²], and its standard deviation.
+
+        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
+        """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         by_poses = _curvature([(m.at, m.driven - m.planned) for m in self.moments], self.noise[0])
-        if self.slip(0.0) != 0.0:
+        if self.unseen(config) != 0.0:
             return by_poses
         by_speeds = _slope([(m.at, m.speed - m.gained) for m in self.moments], self.noise[1])
         return min(by_poses, by_speeds, key=lambda each: each[1])
@@ -157,45 +174,26 @@ def rest_speed(config: ControllerConfig) -> float:
     return REST_SHARE * min(config.goal_tolerance[:2]) / REST_TIME
 
 
+def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
+    """By which a vehicle that is docked within this tolerance moves at most [m]."""
+    return REST_SHARE * min(*tolerance[:2], *config.goal_tolerance[:2])
+
+
+def moving_speed(config: ControllerConfig) -> float:
+    """A vehicle that stands is measured faster [m/s] before it moves."""
+    return MOVING_FACTOR * rest_speed(config)
+
+
 def standing_since(
-    since: float | None, motion: Motion, speeds: tuple[float, float], now: float, config: ControllerConfig
+    since: float | None, speeds: tuple[float, float], now: float, config: ControllerConfig
 ) -> float | None:
     """Since when the vehicle stands [s], or None.
 
-    `since`: of the last cycle; `speeds`: measured, and when a command of now starts to act [m/s].
+    `since`: of the last cycle; `speeds`: now, and when a command of now starts to act [m/s].
     """
-    least = rest_speed(config)
-    slip = motion.slip(0.5 * least)
-    speed = max(abs(each + slip) for each in speeds)
-    if speed > (least if since is None else MOVING_FACTOR * least):
+    if max(map(abs, speeds)) > (rest_speed(config) if since is None else moving_speed(config)):
         return None
     return now if since is None else since
-
-
-def stays_at_once(
-    motion: Motion, seconds: float, speeds: tuple[float, float], error: float, config: ControllerConfig
-) -> bool:
-    """Whether a vehicle that moves as commanded comes to rest within a third of the tolerance of where it is
-    held, `error` [m] behind it, even if the drive lags by `UNKNOWN_LAG`. `seconds`: for which it was held."""
-    if seconds > SLIP_TIME:
-        return False
-    most = REST_SHARE * min(config.goal_tolerance[:2])
-    if motion.slip(0.5 * rest_speed(config)) != 0.0 or motion.unexplained() * SURPRISE_TIME > most:
-        return False
-    return abs(error) + max(map(abs, speeds)) * (config.dead_time + UNKNOWN_LAG) <= most
-
-
-def stays_after_all(motion: Motion, seconds: float, config: ControllerConfig) -> bool:
-    """Whether a vehicle that was held for `seconds` has stood for `PROOF_TIME`, and its commands have hardly
-    changed, so that what a drive that lags by `UNKNOWN_LAG` still makes of them is little."""
-    if min(seconds, motion.seconds) < PROOF_TIME - 1e-9:
-        return False
-    most = REST_SHARE * min(config.goal_tolerance[:2])
-    speed, std = motion.pose_speed(SLIP_TIME)
-    spread = motion.spread(PROOF_TIME) - 2.0 * NOISE * motion.noise[0]
-    slow = abs(speed) * (config.dead_time + UNKNOWN_LAG) <= 0.5 * most + NOISE * std
-    steady = motion.change_of_command() * UNKNOWN_LAG <= 0.5 * most + NOISE * motion.noise[0]
-    return spread <= 0.5 * most and slow and steady
 
 
 def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:

@@ -27,9 +27,6 @@ from rti_mpcc.planning.standstill import Motion
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
-STANDSTILL_SPEED = 0.02  # [m/s]; a slower vehicle stands
-MOVING_SPEED = 0.04  # [m/s]; a vehicle that stands is measured faster before it moves: noise is no motion
-
 
 class Phase(Enum):
     """What the vehicle does on the active segment; `behaviour.transitions` leads from one to the next."""

@@ -36,12 +36,18 @@ def here(s: ControllerState, config: ControllerConfig) -> Pose2:
     return s.vehicle.poses.mean(max(since, moments)) or now
 
 
+def near_enough(config: ControllerConfig) -> tuple[float, float, float]:
+    """`NEAR`, for the size of the vehicle."""
+    along, across, heading = NEAR
+    return config.size * along, config.size * across, heading
+
+
 def was_asked(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether a route was planned from right here a moment ago, with the same result."""
     route = s.route
     if route is None or route.manoeuvre is None or s.now - route.since >= AGAIN_AFTER:
         return False
-    near = here(s, config).relative_to(route.manoeuvre.start).within(NEAR)
+    near = here(s, config).relative_to(route.manoeuvre.start).within(near_enough(config))
     return near and route.changes == s.area.changes
 
 

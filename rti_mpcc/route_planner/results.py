@@ -70,6 +70,6 @@ def manoeuvre_of(problem: RouteProblem, route: DrivableRoute, nodes: int) -> Man
 
 def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
     """At the end of a segment [m], [m], [rad]: a short one must not be over where it starts."""
-    share = min(max(length / WHOLE_TOLERANCE, LEAST_TOLERANCE), 1.0)
+    share = min(max(length / (config.size * WHOLE_TOLERANCE), LEAST_TOLERANCE), 1.0)
     along, across, heading = CUSP_TOLERANCE
-    return share * along, share * across, share * heading
+    return config.size * share * along, config.size * share * across, share * heading

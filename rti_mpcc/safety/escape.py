@@ -14,7 +14,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
-from rti_mpcc.planning.state import STANDSTILL_SPEED
+from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
@@ -31,7 +31,7 @@ def way_out(
 ) -> Trajectory | None:
     """The motion out of an overlap from `state` (6,) at `begin` [s]: its first control turns the wheels or
     creeps. None: there is none, it is not wanted, or the vehicle is too fast."""
-    most, speed, standing = config.escape_speed, float(state[V]), STANDSTILL_SPEED
+    most, speed, standing = config.escape_speed, float(state[V]), rest_speed(config)
     if most == 0.0 or abs(speed) > most + standing:
         return None
     if abs(speed) > standing:  # it creeps already: it goes on as it does while that leads out
@@ -67,7 +67,7 @@ def _distance_until_free(
 def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
     """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
     turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
-    turned = abs(turn) <= STEERING_TOLERANCE or abs(speed) > STANDSTILL_SPEED
+    turned = abs(turn) <= STEERING_TOLERANCE or abs(speed) > rest_speed(config)
     wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
     times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
     speeds = wanted + (speed - wanted) * np.exp(-times / max(RISE_TIME, config.cycle))

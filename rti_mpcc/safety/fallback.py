@@ -89,7 +89,7 @@ def shifted_plan(
     shifted = resample(plan, times, config.vehicle.wheelbase)
     off = context.state - shifted.states[0]
     position, heading = PLAN_OFFSET
-    if hypot(off[X], off[Y]) > position or abs(wrap(float(off[PHI]))) > heading:
+    if hypot(off[X], off[Y]) > position * config.size or abs(wrap(float(off[PHI]))) > heading:
         return None
     states = rollout(context.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
     read_only(times, states, shifted.controls)
@@ -125,7 +125,7 @@ def braking_over(distance: float, speed: float, most: float, config: ControllerC
 
 def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
     """Deceleration [m/s²] to stand `STOP_DISTANCE` before a contact `distance` [m] ahead, or comfort."""
-    return braking_over(distance - STOP_DISTANCE, speed, config.limits.acceleration, config)
+    return braking_over(distance - STOP_DISTANCE * config.size, speed, config.limits.acceleration, config)
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:

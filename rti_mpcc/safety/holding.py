@@ -27,6 +27,8 @@ DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
+UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
+SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
@@ -41,17 +43,12 @@ def held(s: ControllerState, context: PlanningContext, config: ControllerConfig)
     hold = s.task.hold
     if hold is None:
         hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=_balancing(s, config))
-    error = context.standing_error
-    if hold.docked is None and context.inside(error):
-        speeds, ahead = (context.measured_speed, float(context.state[V])), _ahead(hold, context)
-        if _balanced_for_sure(hold, s, config) and standstill.stays_at_once(
-            s.vehicle.motion, s.now - hold.since, speeds, ahead, config
-        ):
+    if hold.docked is None and context.inside(context.standing_error):
+        if _stays_at_once(hold, s, context, config):
             hold = replace(hold, docked=context.standing_error)
-        elif abs(error.x) <= LARGEST_SHARE * context.tolerance[0] and standstill.stays_after_all(
-            s.vehicle.motion, s.now - hold.since, config
-        ):
-            here, integral = hold.anchor.compose(Pose2(ahead, 0.0, 0.0)), _balancing(s, config)
+        elif _has_stood(hold, s, context, config):  # it is held right there
+            here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
+            integral = _balancing(s, config)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
@@ -60,12 +57,51 @@ def held(s: ControllerState, context: PlanningContext, config: ControllerConfig)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
 
+def _stays_at_once(
+    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> bool:
+    """Whether a vehicle that has just come to rest moves as commanded, and stays near its anchor even if its
+    drive lags by `UNKNOWN_LAG`."""
+    motion, most = s.vehicle.motion, standstill.rest_distance(context.tolerance, config)
+    if s.now - hold.since > standstill.SLIP_TIME or motion.unexplained() * SURPRISE_TIME > most:
+        return False
+    # An error of the estimated disturbance moves the vehicle by less than half of that.
+    if abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) > 0.5 * K_P * most:
+        return False
+    speed = max(abs(context.measured_speed), abs(float(context.state[V])))
+    rolls = speed * (context.begin - context.now + UNKNOWN_LAG)
+    return motion.unseen(config) == 0.0 and abs(_ahead(hold, context)) + rolls <= most
+
+
+def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
+    changed, so that what a drive that lags by `UNKNOWN_LAG` still makes of them is little."""
+    motion, most = s.vehicle.motion, 0.5 * standstill.rest_distance(context.tolerance, config)
+    if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
+        return False
+    speed, std = motion.pose_speed(standstill.SLIP_TIME)
+    noise = standstill.NOISE * motion.noise[0]
+    slow = abs(speed) * (context.begin - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
+    steady = motion.change_of_command() * UNKNOWN_LAG <= most + noise
+    still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
+    return slow and steady and still and abs(context.standing_error.x) <= LARGEST_SHARE * context.tolerance[0]
+
+
 def stays_put(s: ControllerState) -> bool:
     """Whether the vehicle is to stay where it stands, so that a brake may be set."""
     hold = s.task.hold
     if hold is not None:
         return hold.docked is not None
     return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
+
+
+def not_reckoned(s: ControllerState) -> ControllerState:
+    """A docked vehicle that a brake holds is not reckoned to move, whatever it is commanded."""
+    hold, monitor = s.task.hold, s.vehicle.monitor
+    if hold is None or hold.docked is None or s.vehicle.motion.spread() > 0.0:
+        return s
+    monitor = replace(monitor, reckoned=monitor.measured)
+    return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 
 def _anchor(context: PlanningContext) -> Pose2:
@@ -83,24 +119,18 @@ def _ahead(hold: Hold, context: PlanningContext) -> float:
 
 
 def _balancing(s: ControllerState, config: ControllerConfig) -> float:
-    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is: by the poses of the last moments,
-    or, where they are too noisy, by how the estimate answers the last command.
+    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is.
 
-    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step from
-    the last command the gain hardly matters.
+    By the last moments, or, if they are too noisy, by how the estimate answers the last command.
+
+    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step
+    from the last command the gain hardly matters.
     """
-    beside, std = s.vehicle.motion.beside()
+    beside, std = s.vehicle.motion.beside(config)
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
     return lately - s.vehicle.disturbance.acting(lately)
-
-
-def _balanced_for_sure(hold: Hold, s: ControllerState, config: ControllerConfig) -> bool:
-    """Whether the estimated disturbance alone asks for about the same acceleration: an error of it moves the
-    vehicle by less than half of a third of the tolerance."""
-    most = 0.5 * standstill.REST_SHARE * min(config.goal_tolerance[:2])
-    return abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) <= K_P * most
 
 
 def too_fast(s: ControllerState, context: PlanningContext) -> bool:
@@ -113,7 +143,11 @@ def control(
 ) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
     e = _ahead(hold, context)
-    v = float(context.state[V]) + s.vehicle.motion.slip(0.5 * standstill.rest_speed(config))
+    v = float(context.state[V])
+    if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
+        # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
+        hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
+        return ControlInput(0.0, 0.0, Source.STANDSTILL), hold
     integral = hold.integral - K_I * e * config.cycle
     integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
     most = config.limits.acceleration
