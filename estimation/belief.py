@@ -14,7 +14,7 @@ from math import hypot
 
 from estimation.measurement import Detection
 from estimation.prior import GoalPrior
-from estimation.track import KEPT, Track, TrackFilter, innovation_of, turned_to
+from estimation.track import KEPT, Track, TrackFilter, innovation_of
 from estimation.types import Judgement, Outcome
 from geometry import Pose2
 
@@ -81,7 +81,7 @@ def _by_rivals(
     if why:
         return replace(belief, rivals=(*rivals, rival), judged=replace(judged, reason=why))
     judged = replace(judged, outcome=Outcome.ACQUIRED)
-    return replace(belief, track=turned_to(rival, belief.track), rivals=rivals, judged=judged)
+    return replace(belief, track=tracks.taken_over(rival, belief.track), rivals=rivals, judged=judged)
 
 
 def _joined(
