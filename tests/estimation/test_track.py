@@ -34,20 +34,18 @@ def test_a_goal_that_stands_neither_moves_nor_has_moved() -> None:
         assert not any(estimate.moves or estimate.elsewhere for _, estimate in judged)
 
 
-@pytest.mark.parametrize("share", [0.5, 0.7])
-def test_a_small_shift_is_found_though_it_passes_the_gate(share: float) -> None:
-    """By two standard deviations of a detection."""
-    delays = []
-    for seed in range(5):
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_a_small_shift_is_followed_soon_though_it_passes_the_gate(share: float) -> None:
+    """By two standard deviations of a detection, after 5 s of a goal that stands."""
+    left = []
+    for seed in range(9):
         random = np.random.default_rng(seed)
         goal = shifted(GOAL, along=1.2 * share * STD[0], aside=1.6 * share * STD[1], turn=0.02 * share)
-        run = [noisy(GOAL if t < 5.0 else goal, t, random, share) for t in stamps(10.0, 0.0, 9.0)]
-        judged = list(told(GoalPoseFilter(), run))
-        again = [one.stamp for one, _ in judged if one.outcome is Outcome.ACQUIRED and one.stamp >= 5.0]
-        delays.append(again[0] - 5.0)
-        assert off_by(judged[-1][1], goal)[0] < 0.7 * share * STD[0]
-        assert not judged[-1][1].moves
-    assert np.median(delays) < 1.2
+        run = [noisy(GOAL if t < 5.0 else goal, t, random, share) for t in stamps(10.0, 0.0, 6.5)]
+        *_, (_, estimate) = told(GoalPoseFilter(), run)
+        left.append(off_by(estimate, goal)[0] / (2.0 * share * STD[0]))
+        assert not estimate.moves
+    assert np.median(left) < 0.35
 
 
 @pytest.mark.parametrize("moving", [False, True])
