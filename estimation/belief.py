@@ -134,9 +134,9 @@ def _not_yet(
     """Why a rival is not taken for the goal yet, or ""."""
     doubted = 0.0 if prior is None else BURST * prior.surprise(rival.pose)
     if track is None or nis is None:
-        needed = tracks.confirmations
-        if rival.count < needed or rival.count < rival.others:
-            return f"waits for others that agree with it ({rival.count} of {needed})"
+        enough = tracks.confirmations
+        if rival.count < enough or rival.count < rival.others:
+            return f"waits for others that agree with it ({rival.count} of {enough})"
         if rival.lasted < doubted:
             return f"waits for others that agree with it for {doubted:.1f} s, far from the planned goal"
         return ""

@@ -192,6 +192,7 @@ class TrackFilter:
     def _contradiction(self, track: Track) -> float:
         """How far the goal is from standing where the steady estimate has it, Eq. (E5)."""
         assert track.still is not None
+        assert track.still_covariance is not None
         off, spread = track.mean.copy(), track.covariance.copy()
         off[:3] -= track.still
         spread[:3, :3] -= track.still_covariance
