@@ -179,10 +179,38 @@ FAULTS: dict[str, dict[str, Any]] = {
     "flips 100 %": {"flips": 1.0},
     "flips 30 % about a marker 2.6 m behind": {"flips": 0.3, "lever": -2.6},
     "bursts": {"bursts": Bursts()},
-    "bursts, always the same": {"bursts": Bursts(turns=False)},
+    "bursts from 1.5 s on": {"bursts": Bursts(first=1.5)},
+    "bursts of 0.2 m": {"bursts": Bursts(offset=(0.2, 0.0, 0.0), first=0.7)},
     "stamps in ms": {"unit": 1000.0},
     "stamps 2 s old": {"late": 2.0},
 }
+
+
+SPEEDS = (0.05, 0.1, 0.3)
+MOTIONS: dict[str, tuple[float, bool]] = {
+    f"dock moves at {speed} m/s, {'followed' if follows else 'waited for'}": (speed, follows)
+    for speed in SPEEDS
+    for follows in (False, True)
+}
+"""Speed [m/s], and whether the dock is followed."""
+MOVED_BY = 0.6  # [m]
+
+
+def case_of(fault: str, place: Place, seed: int) -> Case:
+    """A random case with a fault of `FAULTS` or a motion of `MOTIONS`."""
+    if fault in FAULTS:
+        case = drawn(place, seed, **FAULTS[fault])
+        return replace(case, seconds=40.0) if fault.startswith(("stamps", "flips 100")) else case
+    (speed, follows), case = MOTIONS[fault], drawn(place, seed)
+    rng = np.random.default_rng(seed)
+    bearing, begin = rng.uniform(0.0, 2.0 * pi), rng.uniform(2.0, 20.0 if place == "path" else 35.0)
+    dock = replace(
+        case.dock,
+        velocity=(speed * cos(bearing), speed * sin(bearing)),
+        begin=begin,
+        end=begin + MOVED_BY / speed,
+    )
+    return replace(case, dock=dock, follows=follows, after=50.0)
 
 
 def rows(draws: int, seed: int, faults: list[str]) -> Iterator[tuple[str, Place, int, Outcome]]:
@@ -190,9 +218,7 @@ def rows(draws: int, seed: int, faults: list[str]) -> Iterator[tuple[str, Place,
     for place in PLACES:
         for k in range(draws):
             for fault in faults:
-                case = drawn(place, seed + k, **FAULTS[fault])
-                if fault.startswith(("stamps", "flips 100")):
-                    case = replace(case, seconds=40.0)
+                case = case_of(fault, place, seed + k)
                 yield fault, place, seed + k, judged(case, ride(case))
 
 
@@ -200,7 +226,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=2, help="rides for each fault and place")
     parser.add_argument("--seed", type=int, default=5400, help="random seed of the first ride")
-    parser.add_argument("--faults", nargs="*", default=list(FAULTS), help="names of the faults; default: all")
+    parser.add_argument("--faults", nargs="*", default=[*FAULTS, *MOTIONS], help="names; default: all")
     asked = parser.parse_args()
     clean: dict[tuple[str, int], float | None] = {}
     for fault, place, seed, outcome in rows(asked.draws, asked.seed, asked.faults):

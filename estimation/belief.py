@@ -14,7 +14,7 @@ from math import hypot
 
 from estimation.measurement import Detection
 from estimation.prior import GoalPrior
-from estimation.track import KEPT, Track, TrackFilter, innovation_of, turned_to
+from estimation.track import KEPT, Track, TrackFilter, innovation_of
 from estimation.types import Judgement, Outcome
 from geometry import Pose2
 
@@ -81,7 +81,7 @@ def _by_rivals(
     if why:
         return replace(belief, rivals=(*rivals, rival), judged=replace(judged, reason=why))
     judged = replace(judged, outcome=Outcome.ACQUIRED)
-    return replace(belief, track=turned_to(rival, belief.track), rivals=rivals, judged=judged)
+    return replace(belief, track=tracks.taken_over(rival, belief.track), rivals=rivals, judged=judged)
 
 
 def _joined(
@@ -132,15 +132,15 @@ def _not_yet(
     rival: Track, track: Track | None, nis: float | None, prior: GoalPrior | None, tracks: TrackFilter
 ) -> str:
     """Why a rival is not taken for the goal yet, or ""."""
-    far = prior is not None and prior.is_far(rival.pose)
+    doubted = 0.0 if prior is None else BURST * prior.surprise(rival.pose)
     if track is None or nis is None:
-        needed = tracks.confirmations
-        if rival.count < needed or rival.count < rival.others:
-            return f"waits for others that agree with it ({rival.count} of {needed})"
-        if far and rival.lasted < BURST:
-            return f"waits for others that agree with it for {BURST:g} s, far from the planned goal"
+        enough = tracks.confirmations
+        if rival.count < enough or rival.count < rival.others:
+            return f"waits for others that agree with it ({rival.count} of {enough})"
+        if rival.lasted < doubted:
+            return f"waits for others that agree with it for {doubted:.1f} s, far from the planned goal"
         return ""
-    worth = BURST if far else min(track.lasted, BURST)
+    worth = max(min(track.lasted, BURST), doubted)
     if rival.first - track.seen_at > BURST:
         worth = 0.0  # it was lost before
     needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * _share_of_far(rival.pose, track.pose)

@@ -11,6 +11,8 @@ from bisect import bisect_left, bisect_right
 from dataclasses import replace
 from math import inf
 
+import numpy as np
+
 from estimation.belief import Belief, later
 from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.prior import GoalPrior
@@ -100,6 +102,10 @@ class GoalPoseFilter:
                 status=GoalStatus.SEARCHING, innovation=innovation, nis=nis, elsewhere=elsewhere
             )
         track = self._tracks.predicted(belief.track, now)
+        lost_for = now - track.seen_at - self.config.lost_after
+        if track.still is None and lost_for > 0.0:
+            # A goal that is lost is not carried on any further: its rates are as noisy as they are old.
+            track = replace(track, mean=track.mean - lost_for * np.concatenate([track.mean[3:], np.zeros(3)]))
         covariance, velocity = track.values[1][:3, :3].copy(), track.mean[3:].copy()
         covariance.flags.writeable = velocity.flags.writeable = False
         moves = belief.track.moves

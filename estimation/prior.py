@@ -21,8 +21,8 @@ class GoalPrior:
     Attributes:
         pose: the planned goal.
         position, heading: its largest errors [m], [rad]. Detections that are farther off are rejected.
-        expected_position, expected_heading: its usual errors [m], [rad]. Detections that are farther off
-            count once they have outlasted a burst of false ones.
+        expected_position, expected_heading: its usual errors [m], [rad]. The nearer to them detections are,
+            the longer they have to agree with each other before they count.
     """
 
     pose: Pose2
@@ -52,10 +52,10 @@ class GoalPrior:
             )
         return ""
 
-    def is_far(self, pose: Pose2) -> bool:
-        """Whether a goal there is farther off than the planned one usually is."""
+    def surprise(self, pose: Pose2) -> float:
+        """How unexpected a goal there is: 0 at the planned one, 1 where that is not usually as wrong."""
         far, turn = self._off(pose)
-        return far > self.expected_position or turn > self.expected_heading
+        return min(max(far / self.expected_position, turn / self.expected_heading), 1.0) ** 2
 
     def _off(self, pose: Pose2) -> tuple[float, float]:
         off = pose.relative_to(self.pose)

@@ -30,7 +30,7 @@ KEPT = 5.0
 _MOVED = 0.99
 """Probability with which a goal that stands does not count as moved, for (E5). The agile estimate allows for
 rates that such a goal has not, so in truth it counts far more seldom: 0 times in 3000 detections."""
-_MOVING = 0.9999  # probability with which the rates of a goal that stands are not taken for a motion
+_MOVING, _SURELY_MOVING = 0.99, 0.9999  # the same of rates that are taken for a motion: in time, at once
 _RESTS = 0.95  # probability with which the rates of a goal that stands again are this small
 _MOVING_FOR = 1.0
 """A goal moves if it has been seen to for this time [s]: a goal that was shifted seems to for a moment."""
@@ -101,8 +101,10 @@ class TrackFilter:
             kalman.H = np.eye(3, size)
         self.confirmations = config.confirmations
         self.gate = float(chdtri(3, 1.0 - config.gate))
-        self._moved, self._moving = float(chdtri(6, 1.0 - _MOVED)), float(chdtri(3, 1.0 - _MOVING))
-        self._rests = float(chdtri(3, 1.0 - _RESTS))
+        self._moved = float(chdtri(6, 1.0 - _MOVED))
+        self._rests, self._moving, self._surely_moving = (
+            float(chdtri(3, 1.0 - share)) for share in (_RESTS, _MOVING, _SURELY_MOVING)
+        )
 
     def born(self, detection: Detection, *, barred: bool = False) -> Track:
         """The track of one detection."""
@@ -156,6 +158,22 @@ class TrackFilter:
         )  # fmt: skip
         return self._restarted(replace(track, moving_since=self._moving_since(track)))
 
+    def taken_over(self, track: Track, known: Track | None) -> Track:
+        """A track that is taken for the goal from now on, its headings on the branch of the known one.
+
+        It has seen the goal since this moved, not a shift: rates that are significant are a motion at once.
+        """
+        mean, still, since = track.mean.copy(), track.still, track.moving_since
+        if known is not None:
+            branch = float(known.values[0][2])
+            mean[2] = lift(float(mean[2]), branch)
+            if still is not None:
+                still = np.array([still[0], still[1], lift(float(still[2]), branch)])
+        if since is not None and _square(track.mean[3:], track.covariance[3:, 3:]) > self._surely_moving:
+            since, still = min(since, track.seen_at - _MOVING_FOR), None
+        spread = None if still is None else track.still_covariance
+        return replace(track, mean=mean, still=still, still_covariance=spread, moving_since=since)
+
     def _restarted(self, track: Track) -> tuple[Track, bool]:
         """With another steady estimate, or none, if the goal does not stand where that is."""
         if self._config.moving:
@@ -174,6 +192,7 @@ class TrackFilter:
     def _contradiction(self, track: Track) -> float:
         """How far the goal is from standing where the steady estimate has it, Eq. (E5)."""
         assert track.still is not None
+        assert track.still_covariance is not None
         off, spread = track.mean.copy(), track.covariance.copy()
         off[:3] -= track.still
         spread[:3, :3] -= track.still_covariance
@@ -230,20 +249,6 @@ def _square(off: Array, covariance: Array) -> float:
     except np.linalg.LinAlgError:
         return 0.0
     return square if np.isfinite(square) else 0.0
-
-
-def turned_to(track: Track, known: Track | None) -> Track:
-    """The track with its headings on the branch of a known one."""
-    if known is None:
-        return track
-    branch = float(known.values[0][2])
-    turn = lift(float(track.mean[2]), branch) - float(track.mean[2])
-    mean, still = track.mean.copy(), track.still
-    mean[2] += turn
-    if still is not None:
-        still = still.copy()
-        still[2] = lift(float(still[2]), branch)
-    return replace(track, mean=mean, still=still)
 
 
 def shifted(track: Track, seconds: float) -> Track:

@@ -148,8 +148,9 @@ class Dock(Step):
         body: outline (k, 2) [m] of the docked object, in the frame of `pose`: an obstacle in every step but
             `Straight`, where the dock is detected. None: there is none.
         contact: the move that ends in contact, to be put into a mission behind it; None: there is none.
-        uncertainty: largest error of `pose` in its position [m] and heading [rad]: the route keeps clear of
-            wherever `body` may be, but on the straight approach, on which the dock has to be detected.
+        uncertainty: largest error of `pose` in its position [m] and heading [rad]: detections beyond it are
+            rejected, and the route keeps clear of wherever `body` may be, but on the straight approach, on
+            which the dock has to be detected.
     """
 
     word = "dock"

@@ -63,7 +63,13 @@ def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
         position, heading = GOAL_MOVED
         return GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
     position, heading = goal.terms.uncertainty
-    return GoalPrior(pose=goal.planned, position=position, heading=min(heading, 0.5 * pi))
+    return GoalPrior(
+        pose=goal.planned,
+        position=position,
+        heading=min(heading, 0.5 * pi),
+        expected_position=position,
+        expected_heading=heading,
+    )
 
 
 def rate_limited_goal(
