@@ -182,6 +182,8 @@ def compared(
     known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
     if len(track.moments) < _FIRST_MOMENTS:
         return known
+    pose, speed = (sqrt(each) for each in track.roughness)
+    noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
     way = abs(track.last.along - before.along)
     if known.pose:
         gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
