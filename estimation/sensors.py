@@ -184,7 +184,9 @@ def compared(
         return known
     pose, speed = (sqrt(each) for each in track.roughness)
     noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
-    way = abs(track.last.along - before.along)
+    # Noise of a vehicle at rest is no way that it has driven.
+    moves = abs(track.v) > 3.0 * sqrt(track.p[2])
+    way = abs(track.last.along - before.along) if moves else 0.0
     if known.pose:
         gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
         known = replace(known, consistent=all(gap.agree for gap in gaps))
