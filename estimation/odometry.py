@@ -29,6 +29,7 @@ _ROUGHEST = (0.1, 0.15)  # [m], [m/s]; a larger step counts as one
 _LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
 _ALIKE = 0.04  # [m/s] by which the speeds of pose and sensor differ where they agree
 _BLENDING = 2.0  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
+_FAR = 1.0  # [m/s] by which the commands are wrong at most, while pose and speed agree about a distance
 _LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
 _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
@@ -187,7 +188,7 @@ def moved_on(
     kept = tuple(each for each in track.moments if each.at >= at - LENGTH)
     z, speed, p = _filtered(track, now.along, h, asked, max(noise, _LEAST_NOISE) ** 2)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
-        now = _agreeing(now, 0.5 * (v + speed), h)
+        now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)
     off = step - driven
     second, leapt = min(abs(off - track.off), _ROUGHEST[0]), min(abs(leap), _ROUGHEST[1])
     share = max(min(h / _ROUGHNESS_TIME, 1.0), 1.0 / (track.seen + 1))
@@ -210,13 +211,13 @@ def agreeing(track: Track) -> Track:
     if len(track.moments) < 2:
         return track
     now = track.last
-    led = _agreeing(now, now.v, now.at - track.moments[-2].at)
+    led = _agreeing(now, now.v, now.at - track.moments[-2].at, _FAR)
     return replace(track, moments=(*track.moments[:-1], led))
 
 
-def _agreeing(now: Moment, speed: float, h: float) -> Moment:
+def _agreeing(now: Moment, speed: float, h: float, most: float) -> Moment:
     off = speed - now.explained
-    share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
+    share = 1.0 if abs(off) > most else h / (h + _BLENDING)
     return now._replace(explained=now.explained + share * off)
 
 

@@ -117,8 +117,10 @@ class Sensors:
             return measured
         usable = measured.copy()
         if self.speed.problem:
-            # Where nobody tells the speed, what the commands have made of the last one that was believed.
-            usable[3] = self.track.last.explained if self.pose else self.track.v
+            # Where nobody tells the speed: what the commands have made of the last one that was believed, or
+            # the motion that a pose in doubt shows all the same.
+            by_commands, by_pose = self.track.last.explained, self.track.v
+            usable[3] = max(by_commands, by_pose, key=abs) if self.pose else by_pose
         elif self.leap:
             usable[3] = self.track.last.explained
         if self.steering.problem:
