@@ -37,6 +37,7 @@ class Faulty:
     begin: float = 0.0
     noise: tuple[float, ...] | None = None
     row: Array | None = None
+    last: VehicleState | None = None
     wrong: list[bool] = field(default_factory=list)
 
     def __call__(self, history: Array, rng: np.random.Generator) -> VehicleState:
@@ -50,8 +51,12 @@ class Faulty:
         self.wrong.append(any(abs(each) > least for each, least in zip(off, VISIBLE, strict=True)))
         if self.noise is None:
             return measured
+        if self.fault is frozen and self.row is not None and self.last is not None:
+            return self.last  # to the last bit
         noise = rng.normal(0.0, self.noise).tolist()
-        return replace(measured, **{n: getattr(measured, n) + e for n, e in zip(NAMES, noise, strict=True)})
+        changed = {n: getattr(measured, n) + e for n, e in zip(NAMES, noise, strict=True)}
+        self.last = replace(measured, **changed)
+        return self.last
 
 
 def healthy(measured: VehicleState, history: Array, began: Array) -> VehicleState:

@@ -21,12 +21,15 @@ from estimation.types import Array
 from geometry import wrap
 
 LENGTH = 2.5  # [s] for which moments are kept
-_ACCELERATION = 0.02
-"""Spectral density of an acceleration that was not commanded [m²/s³]: 0.1 m/s² over 0.5 s. The more, the
-noisier the speed of a noisy pose: 0.05 m/s for 1 cm at 20 Hz."""
+_ACCELERATION, _ACCELERATION_SHARE = 2e-4, 0.01
+"""Spectral density of an acceleration that was not commanded [m²/s³], and its share of a² [s]. At rest it is
+small: the speed of a pose with a noise of 1 cm at 20 Hz is known to 1 cm/s there."""
+_ROUGHNESS_TIME = 1.0  # [s] over which the noise of pose and speed is seen in the track
+_ROUGHEST = (0.1, 0.15)  # [m], [m/s]; a larger step counts as one
 _LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
 _ALIKE = 0.04  # [m/s] by which the speeds of pose and sensor differ where they agree
-_BLENDING = 0.5  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
+_BLENDING = 2.0  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
+_FAR = 1.0  # [m/s] by which the commands are wrong at most, while pose and speed agree about a distance
 _LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
 _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
@@ -81,6 +84,8 @@ class Track:
         moments: at least one.
         z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
         corrected: the last step of the pose that was no motion.
+        roughness: variance of the noise of pose [m²] and speed [m²/s²], as far as steps from one moment to
+            the next show it; off: the last difference of a step of the pose from the commands [m]; seen: steps.
     """
 
     moments: tuple[Moment, ...]
@@ -88,6 +93,9 @@ class Track:
     v: float = 0.0
     p: tuple[float, float, float] = (0.0, 0.0, _FIRST_SPEED**2)
     corrected: Correction = _UNCORRECTED
+    roughness: tuple[float, float] = (0.0, 0.0)
+    off: float = 0.0
+    seen: int = 0
 
     @classmethod
     def start(cls, at: float, measured: Array, speed: float, steering: float) -> Track:
@@ -180,8 +188,22 @@ def moved_on(
     kept = tuple(each for each in track.moments if each.at >= at - LENGTH)
     z, speed, p = _filtered(track, now.along, h, asked, max(noise, _LEAST_NOISE) ** 2)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
-        now = _agreeing(now, 0.5 * (v + speed), h)
-    return Track(moments=(*kept, now), z=z, v=speed, p=p, corrected=corrected)
+        now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)
+    off = step - driven
+    second, leapt = min(abs(off - track.off), _ROUGHEST[0]), min(abs(leap), _ROUGHEST[1])
+    share = max(min(h / _ROUGHNESS_TIME, 1.0), 1.0 / (track.seen + 1))
+    pose, told_speed = track.roughness
+    rough = (pose + share * (second**2 / 6.0 - pose), told_speed + share * (leapt**2 / 2.0 - told_speed))
+    return Track(
+        moments=(*kept, now),
+        z=z,
+        v=speed,
+        p=p,
+        corrected=corrected,
+        roughness=rough,
+        off=off,
+        seen=track.seen + 1,
+    )
 
 
 def agreeing(track: Track) -> Track:
@@ -189,13 +211,13 @@ def agreeing(track: Track) -> Track:
     if len(track.moments) < 2:
         return track
     now = track.last
-    led = _agreeing(now, now.v, now.at - track.moments[-2].at)
+    led = _agreeing(now, now.v, now.at - track.moments[-2].at, _FAR)
     return replace(track, moments=(*track.moments[:-1], led))
 
 
-def _agreeing(now: Moment, speed: float, h: float) -> Moment:
+def _agreeing(now: Moment, speed: float, h: float, most: float) -> Moment:
     off = speed - now.explained
-    share = 1.0 if abs(off) > _LEAP else h / (h + _BLENDING)
+    share = 1.0 if abs(off) > most else h / (h + _BLENDING)
     return now._replace(explained=now.explained + share * off)
 
 
@@ -221,7 +243,7 @@ def _filtered(
 ) -> tuple[float, float, tuple[float, float, float]]:
     """(W4) corrected by `along`."""
     zz, zv, vv = track.p
-    q = _ACCELERATION
+    q = _ACCELERATION + _ACCELERATION_SHARE * (asked / h) ** 2
     zz, zv, vv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0, vv + q * h
     z, v = track.z + h * (track.v + 0.5 * asked), track.v + asked
     off, share = along - z, 1.0 / (zz + r)

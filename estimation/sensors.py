@@ -117,8 +117,10 @@ class Sensors:
             return measured
         usable = measured.copy()
         if self.speed.problem:
-            # Where nobody tells the speed, what the commands have made of the last one that was believed.
-            usable[3] = self.track.last.explained if self.pose else self.track.v
+            # Where nobody tells the speed: what the commands have made of the last one that was believed, or
+            # the motion that a pose in doubt shows all the same.
+            by_commands, by_pose = self.track.last.explained, self.track.v
+            usable[3] = max(by_commands, by_pose, key=abs) if self.pose else by_pose
         elif self.leap:
             usable[3] = self.track.last.explained
         if self.steering.problem:
@@ -182,7 +184,11 @@ def compared(
     known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
     if len(track.moments) < _FIRST_MOMENTS:
         return known
-    way = abs(track.last.along - before.along)
+    pose, speed = (sqrt(each) for each in track.roughness)
+    noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
+    # Noise of a vehicle at rest is no way that it has driven.
+    moves = abs(track.v) > 3.0 * sqrt(track.p[2])
+    way = abs(track.last.along - before.along) if moves else 0.0
     if known.pose:
         gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
         known = replace(known, consistent=all(gap.agree for gap in gaps))
