@@ -1,17 +1,17 @@
 """The sensors of a vehicle, compared with each other: the pose, the speed, the steering, and the commands.
 
-Over windows of `_WINDOWS` each of these says how far the vehicle has moved and turned (`estimation.odometry`).
-The sensor that disagrees with the other two is left out. Two sensors that agree outvote the commands: a vehicle
-that was stopped is where its sensors say.
+Over windows of `_WINDOWS` each of these says how far the vehicle has moved and turned
+(`estimation.odometry`). The sensor that disagrees with the other two is left out. Two sensors that agree
+outvote the commands: a vehicle that was stopped is where its sensors say.
 
 - *speed*: it disagrees with the motion of the pose, which the commands explain better. The speed of the pose
   is used until the two have agreed for some distance.
-- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains that,
-  the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does not
-  change as commanded.
-- *steering*: it disagrees with how the pose turns, which the commands explain better: the steering follows from
-  the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all that
-  was commanded lately, the steering is at fault, not the sensor.
+- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains
+  that, the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does
+  not change as commanded.
+- *steering*: it disagrees with how the pose turns, which the commands explain better. The angle then follows
+  from the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all
+  that was commanded lately, the steering is at fault, not its sensor.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _POINT_TURN = 0.05  # [rad]; the pose has to turn by so much to show of which po
 _POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
 _POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
 _PROOF = 1.0
-"""A sensor that was left out is used again after it has agreed over this distance [m], the next time over twice
-as much."""
+"""A sensor that was left out is used again after it has agreed over this distance [m], the next time over
+twice as much."""
 _UNFOLLOWED, _UNFOLLOWED_SHARE = 0.15, 0.5
 """A speed that alone is left follows its commands to this [m/s], and share of their change."""
 _STEERING_LAG, _STEERING_WINDOW = 0.7, 1.4
@@ -239,7 +239,7 @@ def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Se
     if wide is None:
         track = track if known.speed.problem else agreeing(track)
         return replace(known, track=track, speed=known.speed.judged("", way))
-    if known.speed.problem or not known.late and _blames_speed(track, wide):
+    if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(track.last.at - wide.then.at, 1e-3)
         by_pose = wide.moved / seconds
         problem = (

@@ -1,13 +1,13 @@
 """The estimate of the vehicle's state, and why the measurement is doubted.
 
-In every cycle the sensors are compared with each other and with the commands (`estimation.sensors`): a speed or
-a steering that is left out is replaced. The last estimate is predicted by the commands and compared with the
-measurement, which is filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state of a
-vehicle, if its pose jumps, if its sensors leave nothing to drive by, or if it has not changed although the
-vehicle must have moved. The estimate is then dead-reckoned from the commands, with a speed that can be believed.
-The measurement is trusted again once it agrees with the estimate, or, as the vehicle may have been relocated,
-once it agrees with itself for `CONFIRMATION` while the vehicle stands: `TRIES` times, until the vehicle has
-moved as its sensors say.
+In every cycle the sensors are compared with each other and with the commands (`estimation.sensors`): a speed
+or a steering that is left out is replaced. The last estimate is predicted by the commands and compared with
+the measurement, which is filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state
+of a vehicle, if its pose jumps, if its pose or its steering is at fault, or if it has not changed although
+the vehicle must have moved. The estimate is then dead-reckoned from the commands, with the speed that is
+measured. The measurement is trusted again once it agrees with the estimate, or, as the vehicle may have been
+relocated, once it agrees with itself for `CONFIRMATION` while the vehicle stands: `TRIES` times, until the
+vehicle has moved as its sensors say.
 """
 
 from __future__ import annotations
