@@ -85,7 +85,8 @@ class Track:
         z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
         corrected: the last step of the pose that was no motion.
         roughness: variance of the noise of pose [m²] and speed [m²/s²], as far as steps from one moment to
-            the next show it; off: the last difference of a step of the pose from the commands [m]; seen: steps.
+            the next show it; seen: steps so far.
+        off: by how much the last step of the pose differed from the commands [m].
     """
 
     moments: tuple[Moment, ...]

@@ -86,7 +86,8 @@ class Sensors:
         angle: the steering while its sensor is left out [rad].
         unsteered: why the steering itself is at fault, or "".
         leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
-        consistent: pose and speed agree; moved: distance for which the pose has moved as a sensor or the commands say [m], since the start.
+        consistent: pose and speed agree.
+        moved: distance driven by sensors that were believed [m], since they were tried anew.
     """
 
     track: Track | None = None
@@ -308,7 +309,7 @@ def _unfollowed(track: Track) -> str:
     return f"speed sensor changes by {told:.2f} m/s where {asked:.2f} m/s was commanded: it is not used"
 
 
-# -- steering -------------------------------------------------------------------------------------------------
+# -- steering -------------------------------------------------------------------------------------------
 
 
 def _steering(

@@ -195,7 +195,7 @@ def _sensed(
     alike: bool,
     config: ControllerConfig,
 ) -> Sensors:
-    """The sensors, compared once more; they start again after a pose that jumped, and where no time passed."""
+    """The sensors, compared once more; anew after a pose that jumped, and where no time passed."""
     assert last.state is not None
     if sensors.track is None or not alike or now <= sensors.track.last.at:
         return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
