@@ -35,6 +35,27 @@ _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
 
 
+WINDOWS = (0.3, 1.0, 2.0)  # [s]
+SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
+
+
+class Geometry(NamedTuple):
+    """Of the vehicle: its wheelbase [m], and the largest angle of its steering [rad]."""
+
+    wheelbase: float
+    steering: float
+
+
+class Noise(NamedTuple):
+    """Standard deviations: along [m], heading [rad], speed [m/s]; pairs of neighbours they are known from."""
+
+    along: float
+    heading: float
+    speed: float
+    steering: float
+    pairs: int
+
+
 class Moment(NamedTuple):
     """One cycle: what was measured, and the odometers.
 

@@ -18,7 +18,8 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.sensors import Asked, Geometry, Sensors, compared, noise_of
+from estimation.odometry import Geometry
+from estimation.sensors import Asked, Sensors, compared, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -173,7 +174,7 @@ def validate_measurement(
 
 
 def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
-    """A doubted measurement is trusted once it agrees with itself for long enough; `limited`: `TRIES` times."""
+    """A doubted measurement is trusted once it agrees with itself for long; `limited`: `TRIES` times."""
     since, read, measured = monitor.agrees_since, monitor.given, monitor.measured
     needed = RESET_CONFIRMATION if monitor.reset else CONFIRMATION * 2**monitor.tries
     if since is None or read is None or measured is None or monitor.at - since < needed:

@@ -7,8 +7,8 @@ from math import cos, sin, tan
 import numpy as np
 import pytest
 
-from estimation.odometry import Track, moved_on
-from estimation.sensors import Asked, Geometry, Noise, Sensors, compared
+from estimation.odometry import Geometry, Noise, Track, moved_on
+from estimation.sensors import Asked, Sensors, compared
 
 H, WHEELBASE = 0.05, 2.5
 BODY = Geometry(WHEELBASE, 0.6)
