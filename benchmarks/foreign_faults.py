@@ -42,12 +42,15 @@ from benchmarks.foreign_sensors import (
     stuck_steering,
     unsigned_speed,
 )
+from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig()
 SECONDS = {"path": 60.0, "bay": 75.0, "mission": 90.0}
 """Length of a ride [s], longer than a healthy one takes."""
+AFTER_DOCKED = 10.0
+"""How long a ride goes on for after it has docked [s]."""
 TOP_SPEED_SHARE, TOP_SPEED_MORE = 1.3, 0.05
 """A faulty ride is at most so much faster than the healthy one: a share, and [m/s]."""
 STANDS = 0.02  # [m/s]
@@ -72,8 +75,11 @@ class Case:
     clock: Callable[[float], float] = lambda now: now
 
 
+NAMED_WITHIN = 1.0
+"""Farthest that a vehicle drives with a visible fault before it is named [m]; see VISIBLE."""
 SPEED, POSE, STEERING = ("speed sensor",), ("pose",), ("steering",)
 CASES: Final[Mapping[str, Case]] = {
+    "healthy": Case(),
     "speed without sign": Case(unsigned_speed, named=SPEED),
     "speed dead": Case(dead_speed, named=SPEED),
     "speed dead from 2 s": Case(dead_speed, 2.0, SPEED),
@@ -133,6 +139,12 @@ class Outcome:
     def too_fast(self) -> bool:
         """Whether its top speed is beyond the limit."""
         return self.ride.top_speed > TOP_SPEED_SHARE * self.usual.top_speed + TOP_SPEED_MORE
+
+    @property
+    def named(self) -> bool:
+        """Whether the sensor was named in time, or its fault could never be seen."""
+        unseen = self.after == 0.0 and not self.said
+        return not CASES[self.name].named or unseen or (self.said != "" and self.after <= NAMED_WITHIN)
 
     @property
     def end(self) -> str:
@@ -207,6 +219,7 @@ def ridden(
         events=case.events,
         goal=goal,
         seed=seed,
+        after_docked=None if kind == "mission" else AFTER_DOCKED,
     )
     return ride, np.array(sensor.wrong)
 
@@ -249,15 +262,45 @@ def outcomes(
                     yield judged(kind, name, interface, seed, noisy=noisy), interface, seed
 
 
+def row(found: Mapping[str, Outcome]) -> list[str]:
+    """A fault on each kind of ride, as a row of docs/faults.md."""
+    rides = list(found.values())
+    said = next((each.said for each in rides if each.said), "–")
+    return [
+        rides[0].name,
+        number(max(each.further for each in rides), 2),
+        number(max(each.ride.top_speed / each.usual.top_speed for each in rides), 2),
+        said.split("; ")[-1] if "standing inside" in said else said.split("; ")[0],
+        number(max(each.after for each in rides), 2) if said != "–" else "–",
+        ", ".join(f"{kind}: {each.end}" for kind, each in found.items()),
+    ]
+
+
+def write() -> None:
+    """The table of docs/faults.md, of one draw each by accelerations."""
+    source = origin("python -m benchmarks.foreign_faults --write")
+    rows = []
+    for name in CASES:
+        rows.append(row({kind: judged(kind, name, "rates", 0) for kind in KINDS}))
+        print(*rows[-1], sep=" | ", flush=True)
+    header = ["fault", "farther than healthy [m]", "top speed / healthy", "the controller says first"]
+    header += ["after [m]", "in the end"]
+    replace_block(ROOT / "docs" / "faults.md", "sensors", f"{table(header, rows)}\n\n{told(source)}")
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(description="Rides of foreign vehicles with one faulty sensor each.")
     parser.add_argument("--draws", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="faults with this in their name")
     parser.add_argument("--kind", default="", help="path, bay or mission")
     parser.add_argument("--interface", default="", help="rates or setpoints")
     parser.add_argument("--noisy", action="store_true")
+    parser.add_argument("--write", action="store_true", help="write the table of docs/faults.md")
     given = parser.parse_args()
+    if given.write:
+        write()
+        return
     names = [name for name in CASES if given.only in name]
     kinds = [kind for kind in KINDS if given.kind in kind]
     interfaces: list[Interface] = [each for each in ("rates", "setpoints") if given.interface in each]

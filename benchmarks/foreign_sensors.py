@@ -15,7 +15,7 @@ from benchmarks.foreign import Array, at_time, state_of
 from rti_mpcc import VehicleState
 
 Fault = Callable[[VehicleState, Array, Array], VehicleState]
-"""The measurement, the true states so far (k, 6), the true row (6,) at the fault's begin -> the measurement."""
+"""Measurement, true states so far (k, 6), true row (6,) when the fault began: gives what is measured."""
 NOISE = (0.01, 0.01, 0.002, 0.01, 0.002)
 """Standard deviations of x, y [m], heading [rad], speed [m/s] and steering [rad] of a noisy sensor."""
 

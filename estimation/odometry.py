@@ -35,6 +35,27 @@ _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
 
 
+WINDOWS = (0.3, 1.0, 2.0)  # [s]
+SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
+
+
+class Geometry(NamedTuple):
+    """Of the vehicle: its wheelbase [m], and the largest angle of its steering [rad]."""
+
+    wheelbase: float
+    steering: float
+
+
+class Noise(NamedTuple):
+    """Standard deviations: along [m], heading [rad], speed [m/s]; pairs of neighbours they are known from."""
+
+    along: float
+    heading: float
+    speed: float
+    steering: float
+    pairs: int
+
+
 class Moment(NamedTuple):
     """One cycle: what was measured, and the odometers.
 
@@ -85,7 +106,8 @@ class Track:
         z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
         corrected: the last step of the pose that was no motion.
         roughness: variance of the noise of pose [m²] and speed [m²/s²], as far as steps from one moment to
-            the next show it; off: the last difference of a step of the pose from the commands [m]; seen: steps.
+            the next show it; seen: steps so far.
+        off: by how much the last step of the pose differed from the commands [m].
     """
 
     moments: tuple[Moment, ...]

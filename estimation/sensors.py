@@ -1,36 +1,40 @@
 """The sensors of a vehicle, compared with each other: the pose, the speed, the steering, and the commands.
 
-Over windows of `_WINDOWS` each of these says how far the vehicle has moved and turned (`estimation.odometry`).
-The sensor that disagrees with the other two is left out. Two sensors that agree outvote the commands: a vehicle
-that was stopped is where its sensors say.
+Over windows of `WINDOWS` each of these says how far the vehicle has moved and turned
+(`estimation.odometry`). The sensor that disagrees with the other two is left out. Two sensors that agree
+outvote the commands: a vehicle that was stopped is where its sensors say.
 
 - *speed*: it disagrees with the motion of the pose, which the commands explain better. The speed of the pose
   is used until the two have agreed for some distance.
-- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains that,
-  the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does not
-  change as commanded.
-- *steering*: it disagrees with how the pose turns, which the commands explain better: the steering follows from
-  the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all that
-  was commanded lately, the steering is at fault, not the sensor.
+- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains
+  that, the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does
+  not change as commanded.
+- *steering*: it disagrees with how the pose turns, which the commands explain better. The angle then follows
+  from the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all
+  that was commanded lately, the steering is at fault, not its sensor.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import atan, cos, exp, inf, sin, sqrt, tan
+from math import cos, inf, sin, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
 
-from estimation.odometry import Moment, Track, agreeing, moved_on
+from estimation.odometry import SIGMAS, WINDOWS, Geometry, Moment, Noise, Track, agreeing, moved_on
+from estimation.steering import (
+    STEERING_WINDOW,
+    drifted,
+    left_aside,
+    observed,
+    steering_words,
+    unfollowed_angle,
+)
 from estimation.types import Array
 
-_WINDOWS = (0.3, 1.0, 2.0)  # [s]
-_SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
 _FLOOR, _SHARE = 0.015, 0.05
 """Two distances that differ by so much agree: [m], and share. Wheels are known to some per cent."""
-_TURN_FLOOR, _ANGLE = 0.008, 0.12
-"""Two turns that differ by so much agree [rad]; offsets of the steering up to so much [rad] are learnt."""
 _FIRST_MOMENTS = 7  # before which noise is not known
 _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
@@ -40,19 +44,10 @@ _POINT_TURN = 0.05  # [rad]; the pose has to turn by so much to show of which po
 _POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
 _POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
 _PROOF = 1.0
-"""A sensor that was left out is used again after it has agreed over this distance [m], the next time over twice
-as much."""
+"""A sensor that was left out is used again after it has agreed over this distance [m], the next time over
+twice as much."""
 _UNFOLLOWED, _UNFOLLOWED_SHARE = 0.15, 0.5
 """A speed that alone is left follows its commands to this [m/s], and share of their change."""
-_STEERING_LAG, _STEERING_WINDOW = 0.7, 1.4
-"""An angle commanded longer ago than this is reached [s]; compared since this time [s]."""
-_STEERING_GAP = 0.15  # [rad] between the steering and all angles commanded in that time
-_TURN_LEAST = 0.002  # [rad] by which a turn is off at least
-_DRIFT, _DRIFT_WAY = 0.06, 0.08
-"""The angle between turns and steering sensor may change by so much [rad] in 1 s; seen over this way [m]."""
-_STEERING_STOP = 0.15  # [rad] from its limit, where a steering may end
-_OBSERVED = 0.5  # [s], time constant with which turns of the pose correct the steering
-_OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
 
 
 class LeftOut(NamedTuple):
@@ -86,7 +81,8 @@ class Sensors:
         angle: the steering while its sensor is left out [rad].
         unsteered: why the steering itself is at fault, or "".
         leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
-        consistent: pose and speed agree; moved: distance for which the pose has moved as a sensor or the commands say [m], since the start.
+        consistent: pose and speed agree.
+        moved: distance driven by sensors that were believed [m], since they were tried anew.
     """
 
     track: Track | None = None
@@ -155,23 +151,6 @@ class Asked(NamedTuple):
     steering: float
 
 
-class Geometry(NamedTuple):
-    """Of the vehicle: its wheelbase [m], and the largest angle of its steering [rad]."""
-
-    wheelbase: float
-    steering: float
-
-
-class Noise(NamedTuple):
-    """Standard deviations: along [m], heading [rad], speed [m/s]; pairs of neighbours they are known from."""
-
-    along: float
-    heading: float
-    speed: float
-    steering: float
-    pairs: int
-
-
 def compared(
     known: Sensors, at: float, measured: Array, asked: Asked, noise: Noise, body: Geometry
 ) -> Sensors:
@@ -190,7 +169,7 @@ def compared(
     moves = abs(track.v) > 3.0 * sqrt(track.p[2])
     way = abs(track.last.along - before.along) if moves else 0.0
     if known.pose:
-        gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
+        gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
         known = replace(known, consistent=all(gap.agree for gap in gaps))
     else:
         known = _speed_or_pose(known, track, noise, way)
@@ -227,13 +206,13 @@ def _gap(track: Track, seconds: float, noise: Noise, late: float) -> _Gap:
         told, driven = (end - start for end, start in ends)
     cycle = length / max(len(track.moments) - 1, 1)
     random = sqrt(2.0) * noise.along + sqrt(length * cycle) * noise.speed
-    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + _SIGMAS * random + now.leaps - then.leaps
+    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + SIGMAS * random + now.leaps - then.leaps
     return _Gap(then, moved, told, driven, most)
 
 
 def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Sensors:
     """With the verdict on speed and pose."""
-    gaps = [_gap(track, seconds, noise, known.late) for seconds in _WINDOWS]
+    gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
     wide = next((gap for gap in gaps if not gap.agree), None)
     known = replace(known, consistent=wide is None)
     if wide is None:
@@ -274,7 +253,7 @@ def _delay(track: Track, noise: Noise) -> float | None:
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
-        gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *_WINDOWS)]
+        gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *WINDOWS)]
         off = sum(abs(gap.moved - gap.told) for gap in gaps)
         if all(gap.agree for gap in gaps) and off < best and gaps[-1].then.at <= track.last.at - _SHORT:
             best, found = off, late
@@ -286,12 +265,12 @@ def _reference_point(known: Sensors, track: Track, noise: Noise, body: Geometry)
     first = track.moments[0]
     turned = np.array([each.phi - first.phi for each in track.moments])
     aside = np.array([each.aside - first.aside for each in track.moments])
-    if float(np.ptp(turned)) < _POINT_TURN + _SIGMAS * noise.heading:
+    if float(np.ptp(turned)) < _POINT_TURN + SIGMAS * noise.heading:
         return known
     turned, aside = turned - turned.mean(), aside - aside.mean()
     ahead = float(turned @ aside) / float(turned @ turned)
     shown, left = float(np.std(ahead * turned)), float(np.std(aside - ahead * turned))
-    seen = abs(ahead) > _POINT_SHARE * body.wheelbase and shown > _POINT_SHOWN + _SIGMAS * noise.along
+    seen = abs(ahead) > _POINT_SHARE * body.wheelbase and shown > _POINT_SHOWN + SIGMAS * noise.along
     if not (seen and left < _POINT_LEFT * shown):
         return known
     where = "ahead of" if ahead > 0.0 else "behind"
@@ -308,7 +287,7 @@ def _unfollowed(track: Track) -> str:
     return f"speed sensor changes by {told:.2f} m/s where {asked:.2f} m/s was commanded: it is not used"
 
 
-# -- steering -------------------------------------------------------------------------------------------------
+# -- steering -------------------------------------------------------------------------------------------
 
 
 def _steering(
@@ -317,108 +296,21 @@ def _steering(
     """With the verdict on the steering, and its angle."""
     now, out = track.last, known.steering.problem != ""
     angle = known.angle + steered if out else now.delta
-    problem = _left_aside(track, noise, body, out=out)
+    problem = left_aside(track, noise, body, out=out)
     unsteered = known.unsteered
-    gap = 0.0 if problem or out else _unfollowed_angle(track, noise, body)
-    if gap and abs(_drifted(track, _STEERING_WINDOW, body)[0]) > 0.5 * abs(gap):
-        problem = _steering_words(track, _WINDOWS[0], body)
+    gap = 0.0 if problem or out else unfollowed_angle(track, noise, body)
+    if gap and abs(drifted(track, STEERING_WINDOW, body)[0]) > 0.5 * abs(gap):
+        problem = steering_words(track, WINDOWS[0], body)
     elif gap:
         unsteered = unsteered or f"the steering does not follow its commands: {gap:+.2f} rad off"
     if problem and not out:
-        then = track.before(_STEERING_WINDOW)
+        then = track.before(STEERING_WINDOW)
         angle = then.steering + now.steered - then.steered
     if problem or out:
-        angle = _observed(track, angle, noise, body)
+        angle = observed(track, angle, noise, body)
     judged = known.steering.judged(known.steering.problem if problem and out else problem, way)
     moved = 0.0 if unsteered else known.moved + way
     return replace(known, steering=judged, angle=angle, unsteered=unsteered, moved=moved)
-
-
-def _left_aside(track: Track, noise: Noise, body: Geometry, *, out: bool) -> str:
-    """Why the steering sensor is to be left out, or ""; `out`: it is left out already.
-
-    Either the pose turns otherwise than any offset explains, or what lies between the two has changed.
-    """
-    now, noisy = track.last, _SIGMAS * sqrt(2.0) * noise.heading
-    for seconds in _WINDOWS:
-        then = track.before(seconds)
-        moved, turned, told = now.along - then.along, now.phi - then.phi, now.turned - then.turned
-        most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / body.wheelbase
-        if abs(turned - told) > most and (out or _explains(track, then, turned, told, body.wheelbase)):
-            return _steering_words(track, seconds, body)
-    changed, moved = _drifted(track, 1.0, body)
-    then = track.before(1.0)
-    told, asked = now.delta - then.delta, now.steered - then.steered
-    if not moved:
-        return ""
-    most = _DRIFT + 0.15 * abs(told) + 2.0 * body.wheelbase * (noisy + _TURN_LEAST) / moved
-    explained = out or abs(told + changed - asked) < abs(told - asked)
-    return _steering_words(track, _WINDOWS[0], body) if abs(changed) > most and explained else ""
-
-
-def _steering_words(track: Track, seconds: float, body: Geometry) -> str:
-    """What is said of a steering sensor that disagrees with the pose over a window [s]."""
-    now, then = track.last, track.before(seconds)
-    moved, turned, told = now.along - then.along, now.phi - then.phi, now.turned - then.turned
-    says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (told, turned))
-    return (
-        f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
-        f"steering from the turns is used"
-    )
-
-
-def _drifted(track: Track, seconds: float, body: Geometry) -> tuple[float, float]:
-    """By how much the angle [rad] between turns and steering sensor has changed, and the shorter of the
-    two ways [m] that it is known from; 0 where the vehicle has hardly moved."""
-    ends = (track.last, track.before(seconds))
-    starts = [track.before(track.last.at - end.at + _WINDOWS[0]) for end in ends]
-    ways = [end.along - start.along for end, start in zip(ends, starts, strict=True)]
-    least = min(map(abs, ways))
-    if least < _DRIFT_WAY:
-        return 0.0, 0.0
-    now, then = (
-        (end.phi - start.phi - end.turned + start.turned) / way
-        for end, start, way in zip(ends, starts, ways, strict=True)
-    )
-    return body.wheelbase * (now - then), least
-
-
-def _explains(track: Track, then: Moment, turned: float, told: float, wheelbase: float) -> bool:
-    """Whether the commands explain the turn of the pose [rad] better than that of the steering sensor."""
-    explained, last = 0.0, then
-    for each in track.moments:
-        if each.at <= then.at:
-            continue
-        angle = then.steering + 0.5 * (each.steered + last.steered) - then.steered
-        explained += (each.along - last.along) * tan(max(min(angle, 1.4), -1.4)) / wheelbase
-        last = each
-    return abs(turned - explained) < abs(told - explained)
-
-
-def _observed(track: Track, angle: float, noise: Noise, body: Geometry) -> float:
-    """The steering [rad], from that of its commands, by how the pose turns."""
-    now, then = track.last, track.before(_WINDOWS[0])
-    moved, turned = now.along - then.along, now.phi - then.phi
-    if abs(moved) < _FLOOR:
-        return angle
-    lag = 0.5 * (now.steered - then.steered)  # the turn is that of the middle of the window
-    std = body.wheelbase * sqrt(2.0) * (noise.heading + 1e-3) / abs(moved)
-    share = (1.0 - exp(-(now.at - track.moments[-2].at) / _OBSERVED)) / (1.0 + (std / _OBSERVED_STD) ** 2)
-    return angle + share * (atan(body.wheelbase * turned / moved) + lag - angle)
-
-
-def _unfollowed_angle(track: Track, noise: Noise, body: Geometry) -> float:
-    """By how much the steering stays aside [rad] of all that was commanded lately; 0 where it does not."""
-    now, then = track.last, track.before(_STEERING_WINDOW)
-    late = [each.steered for each in track.moments if each.at >= max(now.at - _STEERING_LAG, then.at)]
-    first = then.delta - then.steered
-    # Steered far out it may be at a stop that is nearer than the limit.
-    out = max(body.steering - _STEERING_STOP, 0.0)
-    least, most, delta = (
-        max(min(each, out), -out) for each in (min(late) + first, max(late) + first, now.delta)
-    )
-    gap = delta - min(max(delta, least), most)
-    return gap if abs(gap) > _STEERING_GAP + _SIGMAS * sqrt(2.0) * noise.steering else 0.0
 
 
 def noise_of(stds: Array, pairs: int) -> Noise:

@@ -1,13 +1,13 @@
 """The estimate of the vehicle's state, and why the measurement is doubted.
 
-In every cycle the sensors are compared with each other and with the commands (`estimation.sensors`): a speed or
-a steering that is left out is replaced. The last estimate is predicted by the commands and compared with the
-measurement, which is filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state of a
-vehicle, if its pose jumps, if its sensors leave nothing to drive by, or if it has not changed although the
-vehicle must have moved. The estimate is then dead-reckoned from the commands, with a speed that can be believed.
-The measurement is trusted again once it agrees with the estimate, or, as the vehicle may have been relocated,
-once it agrees with itself for `CONFIRMATION` while the vehicle stands: `TRIES` times, until the vehicle has
-moved as its sensors say.
+In every cycle the sensors are compared with each other and with the commands (`estimation.sensors`): a speed
+or a steering that is left out is replaced. The last estimate is predicted by the commands and compared with
+the measurement, which is filtered (`estimation.vehicle_filter`). A measurement is doubted if it is no state
+of a vehicle, if its pose jumps, if its pose or its steering is at fault, or if it has not changed although
+the vehicle must have moved. The estimate is then dead-reckoned from the commands, with the speed that is
+measured. The measurement is trusted again once it agrees with the estimate, or, as the vehicle may have been
+relocated, once it agrees with itself for `CONFIRMATION` while the vehicle stands: `TRIES` times, until the
+vehicle has moved as its sensors say.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.sensors import Asked, Geometry, Sensors, compared, noise_of
+from estimation.odometry import Geometry
+from estimation.sensors import Asked, Sensors, compared, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -123,12 +124,12 @@ def validate_measurement(
     same = not problem and read.tolist() == last.given.tolist()
     alike = not (problem or _unfit(last.given, config))
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    sensors = last.sensors
-    if not problem:
-        asked = Asked(
-            seconds * mean_acceleration(queue, last.at, now), float(follows[DELTA] - last.measured[DELTA])
-        )
-        sensors = _sensed(last, sensors, read, now, asked, alike, config)
+    gained, sensors = seconds * mean_acceleration(queue, last.at, now), last.sensors
+    if alike:
+        asked = Asked(gained, float(follows[DELTA] - last.measured[DELTA]))
+        sensors = _sensed(last, read, now, asked, config)
+    elif not problem:
+        sensors = sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
     measured = read if problem else sensors.usable(read, config.vehicle.wheelbase)
     reckoned = rolled(last.reckoned) if same else measured
     frozen = _frozen(measured, reckoned) if same else ""
@@ -140,15 +141,14 @@ def validate_measurement(
     alike = alike or not problem
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
-    if sensors.pose:
-        agrees = agrees and sensors.consistent and not sensors.elsewhere
     if frozen or sensors.pose or fault:
         agrees = agrees and last.tries < TRIES and abs(float(reckoned[V])) <= REST_SPEED
+    if sensors.pose:
+        agrees = agrees and sensors.consistent and not sensors.elsewhere
     state, noise = measured, last.noise.broken()
     if problem and not fault:
         state = _believed(measured, expected, reckoned if frozen else None, alike, config)
     elif not (problem or last.why or same) and config.vehicle_filter.enabled:
-        gained = seconds * mean_acceleration(queue, last.at, now)
         state, noise = filtered(
             last.noise, measured, follows, expected, seconds, gained, config.max_curvature
         )
@@ -170,35 +170,34 @@ def validate_measurement(
         tries=0 if sensors.moved > PROVEN else last.tries,
         noise=noise,
     )
-    since = monitor.agrees_since
+    return _tried_again(monitor, limited=bool(frozen or sensors.pose or fault))
+
+
+def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
+    """A doubted measurement is trusted once it agrees with itself for long; `limited`: `TRIES` times."""
+    since, read, measured = monitor.agrees_since, monitor.given, monitor.measured
     needed = RESET_CONFIRMATION if monitor.reset else CONFIRMATION * 2**monitor.tries
-    if since is None or now - since < needed:
+    if since is None or read is None or measured is None or monitor.at - since < needed:
         return monitor
+    sensors = monitor.sensors.trusted(monitor.at, read, float(measured[V]), float(measured[DELTA]))
     return replace(
         monitor,
         state=measured,
         reckoned=measured,
-        sensors=sensors.trusted(now, read, float(measured[V]), float(measured[DELTA])),
+        sensors=sensors,
         why="",
         steering_fault=False,
         found=True,
-        tries=monitor.tries + bool(frozen or sensors.pose or fault),
+        tries=monitor.tries + limited,
     )
 
 
-def _sensed(
-    last: StateMonitor,
-    sensors: Sensors,
-    read: Array,
-    now: float,
-    asked: Asked,
-    alike: bool,
-    config: ControllerConfig,
-) -> Sensors:
-    """The sensors, compared once more; they start again after a pose that jumped, and where no time passed."""
-    assert last.state is not None
-    if sensors.track is None or not alike or now <= sensors.track.last.at:
-        return sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
+def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: ControllerConfig) -> Sensors:
+    """The sensors, compared once more; anew where no time passed."""
+    sensors, state = last.sensors, last.state
+    assert state is not None
+    if sensors.track is None or now <= sensors.track.last.at:
+        return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
     noise = noise_of(last.noise.stds, last.noise.pairs)
     body = Geometry(config.vehicle.wheelbase, config.limits.steering)
     return compared(sensors, now, read, asked, noise, body)

@@ -1,0 +1,60 @@
+"""Odometers of pose, speed and commands on an arc, and the speed of the pose."""
+
+from __future__ import annotations
+
+from math import cos, sin, tan
+
+import numpy as np
+import pytest
+
+from estimation.odometry import Geometry, Noise, Track, moved_on
+from estimation.sensors import Asked, Sensors, compared
+
+H, WHEELBASE = 0.05, 2.5
+BODY = Geometry(WHEELBASE, 0.6)
+EXACT = Noise(0.0, 0.0, 0.0, 0.0, 0)
+
+
+def arc(k: int, speed: float, delta: float) -> np.ndarray:
+    """The state (6,) after k cycles at constant speed and steering."""
+    curvature = tan(delta) / WHEELBASE
+    phi = curvature * speed * H * k
+    return np.array((sin(phi) / curvature, (1.0 - cos(phi)) / curvature, phi, speed, delta, 0.0))
+
+
+@pytest.mark.parametrize("speed", [0.8, -0.8])
+def test_on_an_arc_all_odometers_agree(speed: float) -> None:
+    delta = 0.3
+    track = Track.start(0.0, arc(0, speed, delta), speed, delta)
+    for k in range(1, 21):
+        track = moved_on(track, k * H, arc(k, speed, delta), 0.0, 0.0, 0.0, WHEELBASE)
+    last, way = track.last, speed * H * 20
+    assert last.along == pytest.approx(way, rel=1e-4)
+    assert last.told == pytest.approx(way)
+    assert last.driven == pytest.approx(way)
+    assert last.aside == pytest.approx(0.0, abs=1e-9)
+    assert last.turned == pytest.approx(last.phi, rel=1e-4)
+    assert track.v == pytest.approx(speed, abs=1e-3)
+
+
+def test_a_distance_is_told_at_any_time_in_between() -> None:
+    track = Track.start(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
+    for k in range(1, 11):
+        track = moved_on(track, k * H, arc(k, 1.0, 0.1), 0.0, 0.0, 0.0, WHEELBASE)
+    assert track.ways_at(0.33) == pytest.approx((0.33, 0.33))
+    assert track.ways_at(-1.0)[0] == 0.0
+
+
+@pytest.mark.parametrize(("share", "left_out"), [(1.0, False), (1.03, False), (0.8, True), (1.2, True)])
+def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, left_out: bool) -> None:
+    known, speed = Sensors(track=Track.start(0.0, np.zeros(6), 0.0, 0.0)), 0.0
+    x = 0.0
+    for k in range(1, 41):
+        asked = 0.4 * H
+        x += H * (speed + 0.5 * asked)
+        speed += asked
+        state = np.array((x, 0.0, 0.0, share * speed, 0.0, 0.0))
+        known = compared(known, k * H, state, Asked(asked, 0.0), EXACT, BODY)
+    assert bool(known.speed.problem) == left_out
+    assert not known.pose
+    assert known.usable(state, WHEELBASE)[3] == pytest.approx(speed if left_out else share * speed, abs=0.02)
