@@ -31,12 +31,14 @@ DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
 GRID = 0.1  # so fine is the grid of the bank [s]
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
+GATHERING = 5.0
+"""After so long [s] what the comparisons found is gathered, before the start of the ride is out of memory."""
 REST_MEMORY = 1.0
 """At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
 INTERVAL = 0.1
-"""Between two comparisons [s]; `RARELY` times that, once it is known how the actuator answers."""
-RARELY = 5.0
+"""Between two comparisons [s] in the first `GATHERING` of a ride; `RARELY` times that later on."""
+RARELY = 4.0
 STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
@@ -45,16 +47,15 @@ CHANGE_TIME = 2.0  # prior of c3: in this time [s] a slope changes by that of c1
 REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
 ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
-REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
-LONGEST_GAP = 0.5  # without a measurement, after which all starts anew [s]
+REFINING = 4.0  # in place of `EVIDENCE`, once a model was corrected
 NEAR = 0.055
 """Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
-EVIDENCE = 25.0
+EVIDENCE = 20.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
 UNKNOWN = 0.8
 """Delay of an actuator of which nothing is known [s]."""
 KEPT = 0.9
-"""Of the evidence of earlier seconds, each `MEMORY`: a brake that is weak once is no lag after a minute in
+"""Of the evidence of earlier seconds, each `GATHERING`: a brake that is weak once is no lag after a minute in
 which there was none."""
 EXPLAINS = 25.0
 """Squares that the present model leaves beyond noise, over those of a better one: else something else than
@@ -91,7 +92,7 @@ class ActuatorRecord:
             one; agreed: number of comparisons that found it.
         suspected: a better model, with too little evidence to change to it, or None.
         evidence: (2, dead times, lags) against each model from earlier seconds, in twice the logarithm of the
-            likelihood; fresh: the same of the `MEMORY` before `gathered_at` [s].
+            likelihood; fresh: the same of the seconds before `gathered_at` [s].
         obeys_setpoints: they explain the measurements better than the rates.
         corrected: (dead time, lag) that the present model was corrected to first, or by more than `TOLD` [s]
             last; None: it was not.
@@ -171,7 +172,8 @@ def compared(
     record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
-    interval = INTERVAL * (1.0 if record.uncertain > 0.0 or record.found else RARELY)
+    early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
+    interval = INTERVAL * (1.0 if early or record.found else RARELY)
     if at - record.compared_at < interval - 1e-9 or len(record.stamps) < LEAST_COUNT:
         return record, None
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
@@ -189,7 +191,7 @@ def compared(
     model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
     sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
     explains = (
-        now - then > scale.least**2
+        (now - then > scale.least**2 or record.corrected is not None)
         and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
         and best[2] < len(LAGS) - 1
@@ -220,10 +222,10 @@ def _is_news(model: tuple[float, float], told: tuple[float, float] | None) -> bo
 
 
 def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:
-    """With the evidence of one more `MEMORY` once it is over: what is still compared counts once."""
+    """With the evidence of one more `GATHERING` once it is over: what is still compared counts once."""
     if record.gathered_at is None:
         return replace(record, gathered_at=at)
-    if at - record.gathered_at < MEMORY:
+    if at - record.gathered_at < GATHERING:
         return record
     return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
@@ -252,9 +254,10 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale)
     due = record.stamps[None, :] - DEAD_TIMES[:, None]
     after = np.clip(np.searchsorted(sent, due), 1, len(sent) - 1)
     begin, end = sent[after - 1], sent[after]
-    share = np.clip((due - begin) / (end - begin), 0.0, 1.0)[..., None, None]
-    y = (1.0 - share) * outputs[after - 1] + share * outputs[after]
-    y = np.moveaxis(y, 1, 3).swapaxes(0, 1)  # (2, dead times, lags, m)
+    share = np.clip((due - begin) / (end - begin), 0.0, 1.0)
+    outputs = np.ascontiguousarray(outputs.transpose(1, 2, 0))
+    before = outputs[:, :, after - 1]  # (2, lags, dead times, m)
+    y = before + share * (outputs[:, :, after] - before)
     e = record.measured - y
     t = record.stamps - record.stamps.mean()
     courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
@@ -263,10 +266,14 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale)
     inverse = np.linalg.inv(courses @ courses.T + variance * np.apply_along_axis(np.diag, 1, stds**-2.0))
     along_e, along_y = e @ courses.T, y @ courses.T
     inverse = inverse[:, None]
-    ee = (e * e).sum(axis=3) - ((along_e @ inverse) * along_e).sum(axis=3)
-    ye = (y * e).sum(axis=3) - ((along_y @ inverse) * along_e).sum(axis=3)
-    yy = (y * y).sum(axis=3) - ((along_y @ inverse) * along_y).sum(axis=3) + variance / GAIN_STD**2
-    return np.asarray((ee - ye**2 / yy) / len(t))
+    ee = np.einsum("ijkl,ijkl->ijk", e, e) - ((along_e @ inverse) * along_e).sum(axis=3)
+    ye = np.einsum("ijkl,ijkl->ijk", y, e) - ((along_y @ inverse) * along_e).sum(axis=3)
+    yy = (
+        np.einsum("ijkl,ijkl->ijk", y, y)
+        - ((along_y @ inverse) * along_y).sum(axis=3)
+        + variance / GAIN_STD**2
+    )
+    return np.asarray(((ee - ye**2 / yy) / len(t)).swapaxes(1, 2))
 
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:

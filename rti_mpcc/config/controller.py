@@ -13,7 +13,7 @@ from pydantic import Field, SerializeAsAny, field_validator, model_validator
 from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.doors import door
 from geometry.errors import ConfigError
-from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean
+from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean, replaced
 from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     CONTACT_TOLERANCE,
@@ -123,19 +123,6 @@ class ControllerConfig(Settings):
     escape_speed: NonNegative = 0.0
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _short_form(cls, values: Any) -> Any:
-        """`dead_time` as a part of `actuators`."""
-        if not isinstance(values, Mapping) or "dead_time" not in values:
-            return values
-        others = {name: value for name, value in values.items() if name != "dead_time"}
-        given = others.get("actuators", {})
-        told = given.model_dump(exclude_unset=True) if isinstance(given, ActuatorModel) else given
-        if not isinstance(told, Mapping):
-            return others
-        return {**others, "actuators": {**told, "dead_time": values["dead_time"]}}
-
     @field_validator("objective", mode="before")
     @classmethod
     def _objective(cls, value: Any) -> Any:
@@ -150,13 +137,21 @@ class ControllerConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        object.__setattr__(self, "dead_time", self.actuators.dead_time)  # it is frozen
+        self._follow_short_form()
         for name, unit in (("acceleration", "m/s²"), ("steering_rate", "rad/s")):
             comfort, most = getattr(self, f"comfort_{name}"), getattr(self.limits, name)
             if comfort > most and (name == "acceleration" or f"comfort_{name}" in self.model_fields_set):
                 said = f"comfort_{name} = {comfort} {unit} must not be above limits.{name} = {most} {unit}"
                 raise ValueError(said)
         return self
+
+    def _follow_short_form(self) -> None:
+        """`dead_time` as a part of `actuators`, where it is given; either way both are the same then."""
+        if "dead_time" in self.model_fields_set:
+            object.__setattr__(self, "actuators", replaced(self.actuators, dead_time=self.dead_time))
+            self.model_fields_set.add("actuators")
+            self.model_fields_set.discard("dead_time")
+        object.__setattr__(self, "dead_time", self.actuators.dead_time)
 
     @model_validator(mode="after")
     def _in_proportion(self) -> Self:

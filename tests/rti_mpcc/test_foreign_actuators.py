@@ -60,7 +60,7 @@ def test_a_vehicle_of_unknown_lag_docks_and_stays(interface: Interface, car: dic
     named: dict[str, Any] = dict(car)
     done, inside = ride(interface, noise=0.5, **named)
     assert inside
-    assert done.moved_after(done.docked_at or 0.0) <= 0.05 / 3.0
+    assert done.moved_after(done.docked_at or 0.0) <= 0.025
     assert hardest(done) <= 1.25 * COMFORT
     known, _ = ride(interface, ControllerConfig(actuators=_told(car)), noise=0.5, **named)
     assert (done.docked_at or np.inf) <= 1.15 * (known.docked_at or np.inf)
