@@ -101,24 +101,31 @@ class Motion:
         return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
-        """Speed [m/s] of a vehicle that is measured to stand, by as few poses as noise allows.
+        """Speed [m/s] of a vehicle that is measured to stand, by its poses.
 
-        0 if it is not measured to stand, or if noise may be all of it.
+        0 if it is not measured to stand, or if it is slow, or if noise may be all of it.
         """
-        least, rest = 0.5 * rest_speed(config), []
+        found, std = self.by_poses(config)
+        return found if abs(found) > max(0.5 * rest_speed(config), NOISE * std) else 0.0
+
+    def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
+        """What the poses say of the speed beyond what is measured [m/s], and its standard deviation.
+
+        By as few poses as noise allows; 0 and inf if the vehicle is not measured to stand.
+        """
+        rest: list[Moment] = []
         for moment in reversed(self._last(SLIP_TIME)):
-            if abs(moment.speed) > 2.0 * MOVING_FACTOR * least:
+            if abs(moment.speed) > moving_speed(config):
                 break
             rest.append(moment)
+        if len(rest) < FEWEST:
+            return 0.0, inf
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
             found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
-            if NOISE * std <= least:
+            if NOISE * std <= 0.5 * rest_speed(config):
                 break
-        if len(last) < FEWEST:
-            return 0.0
-        found -= sum(m.speed for m in last) / len(last)
-        return found if abs(found) > max(least, NOISE * std) else 0.0
+        return found - sum(m.speed for m in last) / len(last), std
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""

@@ -84,7 +84,8 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config:
     slow = abs(speed) * (context.begin - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
     steady = motion.change_of_command() * UNKNOWN_LAG <= most + noise
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
-    return slow and steady and still and abs(context.standing_error.x) <= LARGEST_SHARE * context.tolerance[0]
+    off = max(abs(context.error.x), abs(context.standing_error.x))
+    return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
 
 
 def stays_put(s: ControllerState) -> bool:
@@ -138,12 +139,20 @@ def too_fast(s: ControllerState, context: PlanningContext) -> bool:
     return abs(float(context.state[V])) > FASTEST
 
 
+def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
+    """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
+    motion, speed = s.vehicle.motion, float(context.state[V])
+    beside, std = motion.by_poses(config)
+    known = standstill.NOISE * std <= 0.5 * standstill.rest_speed(config)
+    return speed - motion.unseen(config) + beside if known else speed
+
+
 def control(
     hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
     e = _ahead(hold, context)
-    v = float(context.state[V])
+    v = _speed(s, context, config)
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
