@@ -4,17 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 
-from benchmarks.foreign import Car, drive
+from benchmarks.foreign import Car, Event, drive
 from benchmarks.foreign_hold import GOAL, Draw, stay_of
-from rti_mpcc import Area, ControllerConfig, DockingController, Pose2, Status, Vehicle
+from rti_mpcc import (
+    Area,
+    ControllerConfig,
+    Corridor,
+    DockingController,
+    Pose2,
+    ReferencePath,
+    Status,
+    Vehicle,
+)
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
-UPHILL = {"slope": 0.05, "uphill": GOAL[2]}
+UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
 
 
 @pytest.mark.parametrize(
@@ -48,10 +58,6 @@ def test_a_brake_is_set_once_the_vehicle_is_docked() -> None:
 
 
 def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
-    """Until it has come back."""
-    from benchmarks.foreign import Event
-    from rti_mpcc import Corridor, ReferencePath
-
     start = Pose2(0.0, 0.0, pi / 2)
     path = ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)])
     corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
@@ -75,7 +81,7 @@ def test_a_car_of_forty_centimetres_docks_in_a_slot_with_the_default_settings() 
 
     cars = [parked(-4.7), parked(0.7 / share)]
     area = Area(boundary=scaled([(-14.0, 0.0), (20.0, 0.0), (20.0, 8.0), (-14.0, 8.0)]), obstacles=cars)
-    size = {"wheelbase": 2.8, "width": 1.942, "front": 3.76, "rear": 0.929}
+    size: dict[str, Any] = {"wheelbase": 2.8, "width": 1.942, "front": 3.76, "rear": 0.929}
     vehicle = Vehicle(**{name: share * value for name, value in size.items()})
     controller = DockingController.in_area(area, ControllerConfig(vehicle=vehicle))
     goal = Pose2(0.5 * (0.7 - 0.4) + 0.929 * share, 1.25 * share, 0.0)
