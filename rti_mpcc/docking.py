@@ -34,7 +34,7 @@ from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.standstill import rest_speed
+from rti_mpcc.planning.standstill import dock_speed, rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
@@ -448,11 +448,15 @@ class DockingController:
 
 def _proportions(config: ControllerConfig) -> str:
     """The lengths that follow from the vehicle's size and from the tolerance."""
-    kept, length = config.clearance, config.vehicle.front + config.vehicle.rear
+    kept, tolerance, length = (
+        config.clearance,
+        config.goal_tolerance,
+        config.vehicle.front + config.vehicle.rear,
+    )
     return (
         f"vehicle of {length:.2f} m: clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
         f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
-        f"it stands below {rest_speed(config):.3g} m/s"
+        f"it stands below {rest_speed(config):.3g} m/s, at the dock {dock_speed(tolerance, config):.3g} m/s"
     )
 
 

@@ -142,7 +142,9 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
     """Since when the vehicle stands [s], or None."""
     speeds = (context.measured_speed, float(context.state[V]))
-    return standstill.standing_since(s.vehicle.standing_since, speeds, context.now, config)
+    docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
+    least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
+    return standstill.standing_since(s.vehicle.standing_since, speeds, context.now, least)
 
 
 def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:

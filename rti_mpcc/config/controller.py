@@ -153,21 +153,6 @@ class ControllerConfig(Settings):
             self.model_fields_set.discard("dead_time")
         object.__setattr__(self, "dead_time", self.actuators.dead_time)
 
-    @model_validator(mode="after")
-    def _in_proportion(self) -> Self:
-        """Clearances that were not given are those of the vehicle's size."""
-        object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
-        return self
-
-    @cached_property
-    def size(self) -> float:
-        """Share by which lengths that suit cars are smaller for this vehicle: 1 from `SMALL` on.
-
-        Measurements do not get better with the size: no length is less than `LEAST_SIZE` of that of a car.
-        """
-        vehicle = self.vehicle
-        return min(max((vehicle.front + vehicle.rear) / SMALL, LEAST_SIZE), 1.0)
-
     @cached_property
     def max_curvature(self) -> float:
         """Largest curvature that the vehicle can drive [1/m]."""
@@ -248,6 +233,21 @@ class ControllerConfig(Settings):
     def recovers(self) -> bool:
         """Whether a goal that is missed is made for by other ways, see `recovery`."""
         return self.objective.arrives_at_goal if self.recovery is None else self.recovery
+
+    @model_validator(mode="after")
+    def _in_proportion(self) -> Self:
+        """Clearances that were not given are those of the vehicle's size."""
+        object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
+        return self
+
+    @cached_property
+    def size(self) -> float:
+        """Share by which lengths that suit cars are smaller for this vehicle: 1 from `SMALL` on.
+
+        Measurements do not get better with the size: no length is less than `LEAST_SIZE` of that of a car.
+        """
+        vehicle = self.vehicle
+        return min(max((vehicle.front + vehicle.rear) / SMALL, LEAST_SIZE), 1.0)
 
     @classmethod
     @door(ConfigError)

@@ -3,8 +3,8 @@
 A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
 the measured speeds explain, and the difference is added to the measured speed.
 
-A vehicle stands if it moves less than a third of the tolerance within `REST_TIME`: with the default tolerance
-of 5 cm if it is slower than 0.02 m/s. To be docked, it must also stay where it stands, see `stays`.
+A car stands if it is slower than 0.02 m/s, a small vehicle if it is slower by its size; at the dock it must
+come to rest within a third of the tolerance. Whether it stays there: `safety.holding`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning.plausibility import StateMonitor
 
-REST_TIME = 5.0 / 6.0
-"""A vehicle that stands moves by less than `REST_SHARE` of the tolerance in this time [s]."""
-REST_SHARE = 1.0 / 3.0
+STANDSTILL_SPEED = 0.02
+"""A slower vehicle stands [m/s]: it moves by a millimetre in a cycle."""
+REST_SHARE = 1.0 / 3.0  # of the tolerance, that a docked vehicle moves at most
+UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
 WINDOW = 1.0  # [s] over which motion is looked at
 SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
@@ -101,24 +102,31 @@ class Motion:
         return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
-        """Speed [m/s] of a vehicle that is measured to stand, by as few poses as noise allows.
+        """Speed [m/s] of a vehicle that is measured to stand, by its poses.
 
-        0 if it is not measured to stand, or if noise may be all of it.
+        0 if it is not measured to stand, or if it is slow, or if noise may be all of it.
         """
-        least, rest = 0.5 * rest_speed(config), []
+        found, std = self.by_poses(config)
+        return found if abs(found) > max(least_unseen(config), NOISE * std) else 0.0
+
+    def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
+        """What the poses say of the speed beyond what is measured [m/s], and its standard deviation.
+
+        By as few poses as noise allows; 0 and inf if the vehicle is not measured to stand.
+        """
+        rest: list[Moment] = []
         for moment in reversed(self._last(SLIP_TIME)):
-            if abs(moment.speed) > 2.0 * MOVING_FACTOR * least:
+            if abs(moment.speed) > moving_speed(config):
                 break
             rest.append(moment)
+        if len(rest) < FEWEST:
+            return 0.0, inf
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
             found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
-            if NOISE * std <= least:
+            if NOISE * std <= least_unseen(config):
                 break
-        if len(last) < FEWEST:
-            return 0.0
-        found -= sum(m.speed for m in last) / len(last)
-        return found if abs(found) > max(least, NOISE * std) else 0.0
+        return found - sum(m.speed for m in last) / len(last), std
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
@@ -171,12 +179,17 @@ class Motion:
 
 def rest_speed(config: ControllerConfig) -> float:
     """A slower vehicle stands [m/s]."""
-    return REST_SHARE * min(config.goal_tolerance[:2]) / REST_TIME
+    return STANDSTILL_SPEED * config.size
 
 
 def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
     """By which a vehicle that is docked within this tolerance moves at most [m]."""
     return REST_SHARE * min(*tolerance[:2], *config.goal_tolerance[:2])
+
+
+def dock_speed(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
+    """A slower vehicle stands at its dock [m/s]: within `UNKNOWN_LAG` it moves by `rest_distance` at most."""
+    return min(rest_speed(config), rest_distance(tolerance, config) / UNKNOWN_LAG)
 
 
 def moving_speed(config: ControllerConfig) -> float:
@@ -185,15 +198,20 @@ def moving_speed(config: ControllerConfig) -> float:
 
 
 def standing_since(
-    since: float | None, speeds: tuple[float, float], now: float, config: ControllerConfig
+    since: float | None, speeds: tuple[float, float], now: float, least: float
 ) -> float | None:
     """Since when the vehicle stands [s], or None.
 
     `since`: of the last cycle; `speeds`: now, and when a command of now starts to act [m/s].
     """
-    if max(map(abs, speeds)) > (rest_speed(config) if since is None else moving_speed(config)):
+    if max(map(abs, speeds)) > (least if since is None else MOVING_FACTOR * least):
         return None
     return now if since is None else since
+
+
+def least_unseen(config: ControllerConfig) -> float:
+    """A speed that is not measured matters from here on [m/s]."""
+    return 0.5 * dock_speed(config.goal_tolerance, config)
 
 
 def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:

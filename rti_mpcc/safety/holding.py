@@ -19,6 +19,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.standstill import UNKNOWN_LAG
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
 from rti_mpcc.safety.fallback import SETTLING_TIME, ControlInput
 from rti_mpcc.types import Source
@@ -27,7 +28,6 @@ DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
-UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
@@ -84,7 +84,8 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config:
     slow = abs(speed) * (context.begin - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
     steady = motion.change_of_command() * UNKNOWN_LAG <= most + noise
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
-    return slow and steady and still and abs(context.standing_error.x) <= LARGEST_SHARE * context.tolerance[0]
+    off = max(abs(context.error.x), abs(context.standing_error.x))
+    return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
 
 
 def stays_put(s: ControllerState) -> bool:
@@ -138,12 +139,20 @@ def too_fast(s: ControllerState, context: PlanningContext) -> bool:
     return abs(float(context.state[V])) > FASTEST
 
 
+def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
+    """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
+    motion, speed = s.vehicle.motion, float(context.state[V])
+    beside, std = motion.by_poses(config)
+    known = standstill.NOISE * std <= standstill.least_unseen(config)
+    return speed - motion.unseen(config) + beside if known else speed
+
+
 def control(
     hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
     e = _ahead(hold, context)
-    v = float(context.state[V])
+    v = _speed(s, context, config)
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))

@@ -1,0 +1,93 @@
+"""A foreign vehicle stays where it docked: with slope, lag, creep torque, dead band, in any size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from benchmarks.foreign import Car, Event, drive
+from benchmarks.foreign_hold import GOAL, Draw, stay_of
+from rti_mpcc import (
+    Area,
+    ControllerConfig,
+    Corridor,
+    DockingController,
+    Pose2,
+    ReferencePath,
+    Status,
+    Vehicle,
+)
+
+PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
+UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        replace(PLAIN, actuators=UPHILL),
+        replace(PLAIN, actuators={"drive_lag": 0.3}),
+        replace(PLAIN, actuators={"creep": 0.3}),
+        replace(PLAIN, dead_band=0.1),
+        replace(PLAIN, tolerance=0.005),
+        replace(PLAIN, wheelbase=0.5, tolerance=0.02, actuators=UPHILL),
+    ],
+    ids=["slope", "lag", "creep", "dead band", "5 mm", "small"],
+)
+def test_a_foreign_vehicle_stays_where_it_docked(draw: Draw) -> None:
+    stay = stay_of(draw, draw.drive(after=20.0))
+    assert stay.good, stay
+    assert stay.lost == 0
+
+
+def test_a_brake_is_set_once_the_vehicle_is_docked() -> None:
+    draw = replace(PLAIN, actuators={**UPHILL, "brake": True})
+    ride = draw.drive(after=40.0)
+    stay = stay_of(draw, ride)
+    assert stay.good, stay
+    assert stay.lost <= 1
+    held = [command.hold for command in ride.commands]
+    docked = [command.docked for command in ride.commands]
+    assert held.index(True) == docked.index(True)
+    assert all(held[held.index(True) + 1 :])
+
+
+def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
+    start = Pose2(0.0, 0.0, pi / 2)
+    path = ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)])
+    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
+    controller = DockingController(path, corridor, ControllerConfig())
+    moved = Event("moved", 25.0, shift=(0.25, 0.0, 0.0))
+    ride = drive(controller.step, Car(), start, cycle=0.05, seconds=60.0, events=[moved])
+    docked = {round(float(t), 2): c.docked for t, c in zip(ride.stamps, ride.commands, strict=True)}
+    assert docked[24.9]
+    assert not docked[25.1]
+    assert ride.commands[-1].status is Status.DOCKED
+
+
+def test_a_car_of_forty_centimetres_docks_in_a_slot_with_the_default_settings() -> None:
+    share = 0.4 / 4.689
+
+    def scaled(corners: list[tuple[float, float]]) -> np.ndarray:
+        return share * np.array(corners)
+
+    def parked(x: float) -> np.ndarray:
+        return scaled([(x, 0.2), (x + 4.7, 0.2), (x + 4.7, 2.1), (x, 2.1)])
+
+    cars = [parked(-4.7), parked(0.7 / share)]
+    area = Area(boundary=scaled([(-14.0, 0.0), (20.0, 0.0), (20.0, 8.0), (-14.0, 8.0)]), obstacles=cars)
+    size: dict[str, Any] = {"wheelbase": 2.8, "width": 1.942, "front": 3.76, "rear": 0.929}
+    vehicle = Vehicle(**{name: share * value for name, value in size.items()})
+    controller = DockingController.in_area(area, ControllerConfig(vehicle=vehicle))
+    goal = Pose2(0.5 * (0.7 - 0.4) + 0.929 * share, 1.25 * share, 0.0)
+    start = Pose2(-7.0 * share, 4.2 * share, 0.0)
+    car = Car.of(vehicle)
+    ride = drive(controller.step, car, start, cycle=0.05, seconds=60.0, goal=goal, after_docked=2.0)
+    assert ride.docked_at is not None
+    assert ride.docked_at < 30.0
+    assert not ride.touches(shapely.union_all([shapely.Polygon(each) for each in cars]))
