@@ -228,18 +228,29 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=5400, help="random seed of the first ride")
     parser.add_argument("--faults", nargs="*", default=[*FAULTS, *MOTIONS], help="names; default: all")
     asked = parser.parse_args()
+    found: dict[str, list[tuple[float | None, Outcome]]] = {}
     clean: dict[tuple[str, int], float | None] = {}
     for fault, place, seed, outcome in rows(asked.draws, asked.seed, asked.faults):
         if fault == "clean":
             clean[place, seed] = outcome.docked_at
         known, at = clean.get((place, seed)), outcome.docked_at
-        share = "" if at is None or not known else f"{at / known:.2f}"
-        reason = outcome.reason[:140]
-        said = f"wrong {outcome.wrong:.1f} s" if outcome.wrong else "touched" if outcome.touched else ""
-        print(
-            f"{place:8}{seed:6} {fault:40}{at or float('nan'):7.2f} {share:5} {said:12}{reason}",
-            flush=True,
-        )
+        share = at / known if at and known else None
+        found.setdefault(fault, []).append((share, outcome))
+        print(f"{place} {seed} {fault}: {at} s, {share} of clean; {outcome}", flush=True)
+    print("\n".join(summary(found)))
+
+
+def summary(found: dict[str, list[tuple[float | None, Outcome]]]) -> list[str]:
+    """The table of docs/decisions/16-goal-filter.md."""
+    lines = ["| fault | docked | time / clean, at most | DOCKED outside, at most [s] | touched |"]
+    lines.append("| --- | ---: | ---: | ---: | ---: |")
+    for fault, outcomes in found.items():
+        docked = sum(one.docked_at is not None for _, one in outcomes)
+        shares = [share for share, _ in outcomes if share is not None]
+        most = f"{max(shares):.2f}" if shares and fault in FAULTS else "–"
+        wrong, touched = max(one.wrong for _, one in outcomes), sum(one.touched for _, one in outcomes)
+        lines.append(f"| {fault} | {docked} of {len(outcomes)} | {most} | {wrong:.1f} | {touched} |")
+    return lines
 
 
 if __name__ == "__main__":
