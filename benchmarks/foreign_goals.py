@@ -193,7 +193,8 @@ MOTIONS: dict[str, tuple[float, bool]] = {
     for follows in (False, True)
 }
 """Speed [m/s], and whether the dock is followed."""
-MOVED_BY = 0.6  # [m]
+MOVED_BY = {"path": 0.6, "area": 0.6, "mission": 0.3}
+"""[m]; in a mission the dock stays within its uncertainty of the planned pose."""
 
 
 def case_of(fault: str, place: Place, seed: int) -> Case:
@@ -208,7 +209,7 @@ def case_of(fault: str, place: Place, seed: int) -> Case:
         case.dock,
         velocity=(speed * cos(bearing), speed * sin(bearing)),
         begin=begin,
-        end=begin + MOVED_BY / speed,
+        end=begin + MOVED_BY[place] / speed,
     )
     return replace(case, dock=dock, follows=follows, after=50.0)
 
