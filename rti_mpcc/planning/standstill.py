@@ -39,7 +39,7 @@ class Moment:
     """At time `at` [s].
 
     Attributes:
-        driven: distance along the axis by poses [m]; speed: measured [m/s].
+        driven: distance along the axis by poses [m]; speed: estimated [m/s]; told: measured [m/s].
         unexplained: the measured speed less what commands and disturbance make of it [m/s].
         gained, planned: speed [m/s] and distance [m] by the commands alone.
     """
@@ -48,6 +48,7 @@ class Moment:
     driven: float = 0.0
     unexplained: float = 0.0
     speed: float = 0.0
+    told: float = 0.0
     gained: float = 0.0
     planned: float = 0.0
 
@@ -78,13 +79,14 @@ class Motion:
         if state is None or monitor.why:
             return Motion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
+        told = speed if monitor.measured is None else float(monitor.measured[V])
         stds = monitor.noise.stds
         noise = float(stds[0]), float(stds[3])
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
         if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
-            return Motion(moments=(Moment(now, speed=speed),), pose=pose, speed=speed, noise=noise)
+            return Motion(moments=(Moment(now, speed=speed, told=told),), pose=pose, speed=speed, noise=noise)
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
@@ -95,6 +97,7 @@ class Motion:
             driven=last.driven + step,
             unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
             speed=speed,
+            told=told,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
         )
@@ -112,11 +115,12 @@ class Motion:
     def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
         """What the poses say of the speed beyond what is measured [m/s], and its standard deviation.
 
-        By as few poses as noise allows; 0 and inf if the vehicle is not measured to stand.
+        By as few poses as noise allows. 0 and inf if the vehicle is not measured to stand, or if the measured
+        speed changes: a sensor in its dead band measures the same again and again.
         """
         rest: list[Moment] = []
         for moment in reversed(self._last(SLIP_TIME)):
-            if abs(moment.speed) > moving_speed(config):
+            if abs(moment.told) > moving_speed(config) or moment.told != self.moments[-1].told:
                 break
             rest.append(moment)
         if len(rest) < FEWEST:
@@ -144,6 +148,14 @@ class Motion:
         at_once = max(found) - min(found) - NOISE * self.noise[1] if found else 0.0
         change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
         return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
+
+    def surprise(self) -> float:
+        """Unexpected acceleration of the last two cycles [m/s²], beyond what noise explains."""
+        if len(self.moments) < 3:
+            return 0.0
+        first, last = self.moments[-3], self.moments[-1]
+        change = abs(last.unexplained - first.unexplained) - NOISE * self.noise[1]
+        return max(change, 0.0) / (last.at - first.at)
 
     def change_of_command(self) -> float:
         """By how much the command has changed [m/s²], from the first to the second half of `WINDOW`."""

@@ -28,7 +28,7 @@ DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
-SURPRISE_TIME = 2.0  # [s] for which a change of speed that was not expected goes on, at most
+LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
@@ -63,7 +63,8 @@ def _stays_at_once(
     """Whether a vehicle that has just come to rest moves as commanded, and stays near its anchor even if its
     drive lags by `UNKNOWN_LAG`."""
     motion, most = s.vehicle.motion, standstill.rest_distance(context.tolerance, config)
-    if s.now - hold.since > standstill.SLIP_TIME or motion.unexplained() * SURPRISE_TIME > most:
+    surprise = max(motion.unexplained() * UNKNOWN_LAG, motion.surprise() * UNKNOWN_LAG**2)
+    if s.now - hold.since > standstill.SLIP_TIME or surprise > most:
         return False
     # An error of the estimated disturbance moves the vehicle by less than half of that.
     if abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) > 0.5 * K_P * most:
@@ -127,11 +128,14 @@ def _balancing(s: ControllerState, config: ControllerConfig) -> float:
     A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step
     from the last command the gain hardly matters.
     """
+    disturbance = s.vehicle.disturbance
+    if abs(disturbance.acceleration) <= LEVEL and s.task.hold is None:
+        return disturbance.commanded(0.0)
     beside, std = s.vehicle.motion.beside(config)
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
-    return lately - s.vehicle.disturbance.acting(lately)
+    return lately - disturbance.acting(lately)
 
 
 def too_fast(s: ControllerState, context: PlanningContext) -> bool:
