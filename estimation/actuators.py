@@ -134,6 +134,8 @@ def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -
         acting = np.repeat(command[:, None], len(LAGS), axis=1)
         outputs = acting[None] * np.array((0.0, 1.0))[:, None]
         return replace(record, sent=np.array((at,)), outputs=outputs, acting=acting, command=command)
+    if at <= record.sent[-1]:  # it takes the place of the last one at once
+        return replace(record, command=command)
     output, acting = _advanced(record, at)
     first = int(np.searchsorted(record.sent, at - MEMORY - 1.0))
     return replace(

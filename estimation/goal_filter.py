@@ -47,6 +47,7 @@ class GoalPoseFilter:
         self._origin = Belief(time=-inf)
         self._past: list[tuple[Detection, Belief]] = []
 
+    @door()
     def expect(self, prior: GoalPrior | None) -> None:
         """The planned goal, and how wrong it may be; None: nothing is known of it."""
         self._prior = prior

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array
 
 Figures = dict[str, Any]
@@ -60,4 +61,6 @@ def published_track(scenario: str, method: str) -> Track | None:
     lines = (_FOLDER / run["trajectory"]).read_text(encoding="utf-8").splitlines()
     table = np.genfromtxt(lines, delimiter=",", names=True)
     times, x, y, phi, v, delta, acceleration, steering_rate = (table[name] for name in _COLUMNS)
-    return Track(times, np.stack([x, y, phi], axis=-1), v, delta, acceleration, steering_rate)
+    track = Track(times, np.stack([x, y, phi], axis=-1), v, delta, acceleration, steering_rate)
+    read_only(*track)
+    return track

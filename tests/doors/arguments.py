@@ -20,6 +20,7 @@ from estimation import (
     GoalFilterConfig,
     GoalMeasurement,
     GoalPoseFilter,
+    GoalPrior,
 )
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from geometry.shape_grid import Body
@@ -46,6 +47,7 @@ MADE_BY_US = frozenset(
         "Command",
         "Contacts",
         "Diagnostics",
+        "GoalPrior",
         "DisturbanceEstimate",
         "EffectiveWeights",
         "GoalEstimate",
@@ -201,6 +203,7 @@ DOORS: dict[str, Door] = {
     "DetectionNoise.covariance": door(GoalFilterConfig().noise.covariance, distance=2.0),
     "GoalFilterConfig.drift": door(GoalFilterConfig().drift, seconds=2.0),
     "GoalPoseFilter": door(GoalPoseFilter, config=GoalFilterConfig()),
+    "GoalPoseFilter.expect": door(_filter().expect, prior=GoalPrior(pose=Pose2(1.0, 2.0, 0.3))),
     "GoalPoseFilter.predict": door(_filter().predict, now=2.0),
     "GoalPoseFilter.update": door(_filter().update, measurement=MEASUREMENT),
     "GoalPoseFilter.estimate": door(_filter().estimate, now=2.0),

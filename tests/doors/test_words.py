@@ -145,7 +145,7 @@ def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docke
 @pytest.mark.parametrize(
     ("detection", "says"),
     [
-        ({"late": 1.5}, "is too old"),
+        ({"late": 1.5}, "older than `history`"),
         ({"unit": 1e3}, "is ahead of the clock"),
         ({"x": 15.0, "y": 6.0}, "a boundary lies between it and the path"),
         ({"x": float("nan")}, "not finite"),
