@@ -28,7 +28,7 @@ from tests.doors.arguments import (
 )
 
 FILES = frozenset({"Area.from_map", "ReferencePath.from_csv"})
-SETTINGS_ONLY = frozenset({"ControllerConfig.paper", "ControllerConfig.paper_printed"})
+SETTINGS_ONLY = frozenset({"ControllerConfig.paper", "ControllerConfig.paper_printed", "Clearance.of_size"})
 
 
 def test_every_public_signature_is_here() -> None:
