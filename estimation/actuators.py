@@ -158,7 +158,9 @@ def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
     return np.stack((integral, acting[1])), acting
 
 
-def observed(record: ActuatorRecord, value: float, at: float, at_rest: bool = False) -> ActuatorRecord:
+def with_measurement(
+    record: ActuatorRecord, value: float, at: float, at_rest: bool = False
+) -> ActuatorRecord:
     """With a measurement at `at` [s]."""
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
         return record
@@ -170,7 +172,7 @@ def observed(record: ActuatorRecord, value: float, at: float, at_rest: bool = Fa
     )
 
 
-def compared(
+def compare_models(
     record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""

@@ -56,7 +56,7 @@ class Noise(NamedTuple):
     pairs: int
 
 
-class Moment(NamedTuple):
+class OdometerReading(NamedTuple):
     """One cycle: what was measured, and the odometers.
 
     Attributes:
@@ -98,7 +98,7 @@ _UNCORRECTED = Correction()
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class Odometers:
     """The moments of the last `LENGTH`, the oldest first, and the speed of the pose, (W4).
 
     Attributes:
@@ -110,7 +110,7 @@ class Track:
         off: by how much the last step of the pose differed from the commands [m].
     """
 
-    moments: tuple[Moment, ...]
+    moments: tuple[OdometerReading, ...]
     z: float = 0.0
     v: float = 0.0
     p: tuple[float, float, float] = (0.0, 0.0, _FIRST_SPEED**2)
@@ -120,18 +120,18 @@ class Track:
     seen: int = 0
 
     @classmethod
-    def start(cls, at: float, measured: Array, speed: float, steering: float) -> Track:
+    def start(cls, at: float, measured: Array, speed: float, steering: float) -> Odometers:
         """A track that starts at a measurement (>= 5,) with what is believed of speed and steering."""
         x, y, phi, v, delta = measured[:5].tolist()
-        first = Moment(at, x, y, phi, v, delta, explained=speed, steering=steering)
+        first = OdometerReading(at, x, y, phi, v, delta, explained=speed, steering=steering)
         return cls(moments=(first,), v=speed)
 
     @property
-    def last(self) -> Moment:
+    def last(self) -> OdometerReading:
         """The present moment."""
         return self.moments[-1]
 
-    def before(self, seconds: float) -> Moment:
+    def before(self, seconds: float) -> OdometerReading:
         """The newest moment at least so long ago [s], or the oldest."""
         then = self.last.at - seconds + 1e-9
         return next((each for each in reversed(self.moments) if each.at <= then), self.moments[0])
@@ -149,7 +149,7 @@ class Track:
         moves = (last.along - before.along) / (last.at - before.at)
         return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
 
-    def since(self, seconds: float, late: float) -> Moment:
+    def since(self, seconds: float, late: float) -> OdometerReading:
         """As `before`, of moments that have one so much earlier [s]; the last one without any."""
         then, known = self.before(seconds), self.moments[0].at + late - 1e-9
         if then.at >= known:
@@ -167,15 +167,15 @@ class Track:
             later = each
         return later.told, later.driven
 
-    def believing(self, steering: float) -> Track:
+    def believing(self, steering: float) -> Odometers:
         """With what is believed of the present steering [rad]."""
         last = self.last._replace(steering=steering)
         return replace(self, moments=(*self.moments[:-1], last))
 
 
 def moved_on(
-    track: Track, at: float, measured: Array, asked: float, steered: float, noise: float, wheelbase: float
-) -> Track:
+    track: Odometers, at: float, measured: Array, asked: float, steered: float, noise: float, wheelbase: float
+) -> Odometers:
     """The track with one more measurement (>= 5,), of a pose that did not jump.
 
     Args:
@@ -190,7 +190,7 @@ def moved_on(
     c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
     step, leap = c * dx + s * dy, v - last.v - asked
     step, corrected = _step(track.corrected, at, step, told, driven, noise)
-    now = Moment(
+    now = OdometerReading(
         at=at,
         x=x,
         y=y,
@@ -216,7 +216,7 @@ def moved_on(
     share = max(min(h / _ROUGHNESS_TIME, 1.0), 1.0 / (track.seen + 1))
     pose, told_speed = track.roughness
     rough = (pose + share * (second**2 / 6.0 - pose), told_speed + share * (leapt**2 / 2.0 - told_speed))
-    return Track(
+    return Odometers(
         moments=(*kept, now),
         z=z,
         v=speed,
@@ -228,7 +228,7 @@ def moved_on(
     )
 
 
-def agreeing(track: Track) -> Track:
+def agreeing(track: Odometers) -> Odometers:
     """With the speed of (W3) led towards the measured one, which the pose confirms."""
     if len(track.moments) < 2:
         return track
@@ -237,7 +237,7 @@ def agreeing(track: Track) -> Track:
     return replace(track, moments=(*track.moments[:-1], led))
 
 
-def _agreeing(now: Moment, speed: float, h: float, most: float) -> Moment:
+def _agreeing(now: OdometerReading, speed: float, h: float, most: float) -> OdometerReading:
     off = speed - now.explained
     share = 1.0 if abs(off) > most else h / (h + _BLENDING)
     return now._replace(explained=now.explained + share * off)
@@ -261,7 +261,7 @@ def _step(
 
 
 def _filtered(
-    track: Track, along: float, h: float, asked: float, r: float
+    track: Odometers, along: float, h: float, asked: float, r: float
 ) -> tuple[float, float, tuple[float, float, float]]:
     """(W4) corrected by `along`."""
     zz, zv, vv = track.p

@@ -22,12 +22,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from estimation.odometry import SIGMAS, WINDOWS, Geometry, Moment, Noise, Track, agreeing, moved_on
+from estimation.odometry import (
+    SIGMAS,
+    WINDOWS,
+    Geometry,
+    Noise,
+    OdometerReading,
+    Odometers,
+    agreeing,
+    moved_on,
+)
 from estimation.steering import (
     STEERING_WINDOW,
     drifted,
     left_aside,
-    observed,
+    observe_steering,
     steering_words,
     unfollowed_angle,
 )
@@ -85,7 +94,7 @@ class Sensors:
         moved: distance driven by sensors that were believed [m], since they were tried anew.
     """
 
-    track: Track | None = None
+    track: Odometers | None = None
     speed: LeftOut = _IN_USE
     steering: LeftOut = _IN_USE
     pose: str = ""
@@ -133,7 +142,7 @@ class Sensors:
 
     def restarted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
-        return replace(self, track=Track.start(at, measured, speed, steering), leap=0.0)
+        return replace(self, track=Odometers.start(at, measured, speed, steering), leap=0.0)
 
     def trusted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """The pose and the steering are tried once more."""
@@ -151,7 +160,7 @@ class Asked(NamedTuple):
     steering: float
 
 
-def compared(
+def compare_sensors(
     known: Sensors, at: float, measured: Array, asked: Asked, noise: Noise, body: Geometry
 ) -> Sensors:
     """The sensors after one more measurement (6,) whose pose has not jumped, at `at` [s]."""
@@ -185,7 +194,7 @@ def compared(
 class _Gap(NamedTuple):
     """Distances [m] by pose, speed and commands in a window since `then`, and by how much two may differ."""
 
-    then: Moment
+    then: OdometerReading
     moved: float
     told: float
     driven: float
@@ -196,7 +205,7 @@ class _Gap(NamedTuple):
         return abs(self.moved - self.told) <= self.most
 
 
-def _gap(track: Track, seconds: float, noise: Noise, late: float) -> _Gap:
+def _gap(track: Odometers, seconds: float, noise: Noise, late: float) -> _Gap:
     now, then = track.last, track.since(seconds, late)
     length = now.at - then.at
     moved = now.along - then.along
@@ -210,7 +219,7 @@ def _gap(track: Track, seconds: float, noise: Noise, late: float) -> _Gap:
     return _Gap(then, moved, told, driven, most)
 
 
-def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Sensors:
+def _speed_or_pose(known: Sensors, track: Odometers, noise: Noise, way: float) -> Sensors:
     """With the verdict on speed and pose."""
     gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
     wide = next((gap for gap in gaps if not gap.agree), None)
@@ -239,7 +248,7 @@ def _speed_or_pose(known: Sensors, track: Track, noise: Noise, way: float) -> Se
     return replace(known, pose=problem, late=0.0)
 
 
-def _blames_speed(track: Track, gap: _Gap) -> bool:
+def _blames_speed(track: Odometers, gap: _Gap) -> bool:
     """Whether the pose is right, not the speed."""
     now, then = track.last, gap.then
     if abs(gap.moved - gap.driven) <= abs(gap.told - gap.driven):
@@ -248,7 +257,7 @@ def _blames_speed(track: Track, gap: _Gap) -> bool:
     return stands and moves and abs(now.aside - then.aside) <= 0.2 * abs(gap.moved)
 
 
-def _delay(track: Track, noise: Noise) -> float | None:
+def _delay(track: Odometers, noise: Noise) -> float | None:
     """The delay of the pose [s] that makes it agree with the speed, or None."""
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
@@ -260,7 +269,7 @@ def _delay(track: Track, noise: Noise) -> float | None:
     return found
 
 
-def _reference_point(known: Sensors, track: Track, noise: Noise, body: Geometry) -> Sensors:
+def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geometry) -> Sensors:
     """With the pose in doubt where it is that of another point: it moves aside by a times what it turns."""
     first = track.moments[0]
     turned = np.array([each.phi - first.phi for each in track.moments])
@@ -278,7 +287,7 @@ def _reference_point(known: Sensors, track: Track, noise: Noise, body: Geometry)
     return replace(known, pose=problem, elsewhere=True)
 
 
-def _unfollowed(track: Track) -> str:
+def _unfollowed(track: Odometers) -> str:
     """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
     now, then = track.last, track.before(0.5)
     asked, told = now.asked - then.asked, now.v - then.v
@@ -291,7 +300,7 @@ def _unfollowed(track: Track) -> str:
 
 
 def _steering(
-    known: Sensors, track: Track, steered: float, noise: Noise, way: float, body: Geometry
+    known: Sensors, track: Odometers, steered: float, noise: Noise, way: float, body: Geometry
 ) -> Sensors:
     """With the verdict on the steering, and its angle."""
     now, out = track.last, known.steering.problem != ""
@@ -307,7 +316,7 @@ def _steering(
         then = track.before(STEERING_WINDOW)
         angle = then.steering + now.steered - then.steered
     if problem or out:
-        angle = observed(track, angle, noise, body)
+        angle = observe_steering(track, angle, noise, body)
     judged = known.steering.judged(known.steering.problem if problem and out else problem, way)
     moved = 0.0 if unsteered else known.moved + way
     return replace(known, steering=judged, angle=angle, unsteered=unsteered, moved=moved)

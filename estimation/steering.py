@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import atan, exp, sqrt, tan
 
-from estimation.odometry import SIGMAS, WINDOWS, Geometry, Moment, Noise, Track
+from estimation.odometry import SIGMAS, WINDOWS, Geometry, Noise, OdometerReading, Odometers
 
 _TURN_FLOOR, _ANGLE = 0.008, 0.12
 """Two turns that differ by so much agree [rad]; offsets of the steering up to so much [rad] are learnt."""
@@ -20,7 +20,7 @@ _OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
 _LEAST_WAY = 0.015  # [m] on which a turn tells nothing
 
 
-def left_aside(track: Track, noise: Noise, body: Geometry, *, out: bool) -> str:
+def left_aside(track: Odometers, noise: Noise, body: Geometry, *, out: bool) -> str:
     """Why the steering sensor is to be left out, or ""; `out`: it is left out already.
 
     Either the pose turns otherwise than any offset explains, or what lies between the two has changed.
@@ -42,7 +42,7 @@ def left_aside(track: Track, noise: Noise, body: Geometry, *, out: bool) -> str:
     return steering_words(track, WINDOWS[0], body) if abs(changed) > most and explained else ""
 
 
-def steering_words(track: Track, seconds: float, body: Geometry) -> str:
+def steering_words(track: Odometers, seconds: float, body: Geometry) -> str:
     """What is said of a steering sensor that disagrees with the pose over a window [s]."""
     now, then = track.last, track.before(seconds)
     moved, turned, told = now.along - then.along, now.phi - then.phi, now.turned - then.turned
@@ -53,7 +53,7 @@ def steering_words(track: Track, seconds: float, body: Geometry) -> str:
     )
 
 
-def drifted(track: Track, seconds: float, body: Geometry) -> tuple[float, float]:
+def drifted(track: Odometers, seconds: float, body: Geometry) -> tuple[float, float]:
     """By how much the angle [rad] between turns and steering sensor has changed, and the shorter of the
     two ways [m] that it is known from; 0 where the vehicle has hardly moved."""
     ends = (track.last, track.before(seconds))
@@ -69,7 +69,7 @@ def drifted(track: Track, seconds: float, body: Geometry) -> tuple[float, float]
     return body.wheelbase * (now - then), least
 
 
-def _explains(track: Track, then: Moment, turned: float, told: float, wheelbase: float) -> bool:
+def _explains(track: Odometers, then: OdometerReading, turned: float, told: float, wheelbase: float) -> bool:
     """Whether the commands explain the turn of the pose [rad] better than that of the steering sensor."""
     explained, last = 0.0, then
     for each in track.moments:
@@ -81,7 +81,7 @@ def _explains(track: Track, then: Moment, turned: float, told: float, wheelbase:
     return abs(turned - explained) < abs(told - explained)
 
 
-def observed(track: Track, angle: float, noise: Noise, body: Geometry) -> float:
+def observe_steering(track: Odometers, angle: float, noise: Noise, body: Geometry) -> float:
     """The steering [rad], from that of its commands, by how the pose turns."""
     now, then = track.last, track.before(WINDOWS[0])
     moved, turned = now.along - then.along, now.phi - then.phi
@@ -93,7 +93,7 @@ def observed(track: Track, angle: float, noise: Noise, body: Geometry) -> float:
     return angle + share * (atan(body.wheelbase * turned / moved) + lag - angle)
 
 
-def unfollowed_angle(track: Track, noise: Noise, body: Geometry) -> float:
+def unfollowed_angle(track: Odometers, noise: Noise, body: Geometry) -> float:
     """By how much the steering stays aside [rad] of all that was commanded lately; 0 where it does not."""
     now, then = track.last, track.before(STEERING_WINDOW)
     late = [each.steered for each in track.moments if each.at >= max(now.at - _STEERING_LAG, then.at)]

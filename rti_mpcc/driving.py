@@ -190,7 +190,7 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stay at the dock; docked once the vehicle is found to stay there."""
-    s = holding.held(s, context, w.config)
+    s = holding.start_hold(s, context, w.config)
     hold = s.task.hold
     assert hold is not None
     verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)

@@ -144,7 +144,7 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
     speeds = (context.measured_speed, float(context.state[V]))
     docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
     least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
-    return standstill.standing_since(s.vehicle.standing_since, speeds, context.now, least)
+    return standstill.update_standing(s.vehicle.standing_since, speeds, context.now, least)
 
 
 def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:

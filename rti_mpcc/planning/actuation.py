@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from estimation.actuators import DRIVE, STEERING, commanded, compared, observed
+from estimation.actuators import DRIVE, STEERING, commanded, compare_models, with_measurement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import still_acting
@@ -16,7 +16,7 @@ from rti_mpcc.planning.state import ControllerState, VehicleEstimate
 _log = logging.getLogger(__name__)
 
 
-def learnt(
+def correct_actuators(
     s: ControllerState, monitor: StateMonitor, now: float, config: ControllerConfig
 ) -> tuple[ControllerState, str]:
     """The state with the actuators as this cycle's measurement shows them, and a remark on what is corrected.
@@ -34,8 +34,12 @@ def learnt(
     speed, delta = float(monitor.measured[V]), float(monitor.measured[DELTA])
     drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
     steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
-    drive, by_drive = compared(observed(drive, speed, now, s.is_stationary), present.drive, now, DRIVE)
-    steering, by_steering = compared(observed(steering, delta, now), present.steering, now, STEERING)
+    drive, by_drive = compare_models(
+        with_measurement(drive, speed, now, s.is_stationary), present.drive, now, DRIVE
+    )
+    steering, by_steering = compare_models(
+        with_measurement(steering, delta, now), present.steering, now, STEERING
+    )
     found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
     after = replace(s, vehicle=replace(vehicle, records=(drive, steering)))
     if found == present:

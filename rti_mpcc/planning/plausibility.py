@@ -19,7 +19,7 @@ import numpy as np
 
 from estimation import MeasurementNoise
 from estimation.odometry import Geometry
-from estimation.sensors import Asked, Sensors, compared, noise_of
+from estimation.sensors import Asked, Sensors, compare_sensors, noise_of
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -200,7 +200,7 @@ def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: C
         return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
     noise = noise_of(last.noise.stds, last.noise.pairs)
     body = Geometry(config.vehicle.wheelbase, config.limits.steering)
-    return compared(sensors, now, read, asked, noise, body)
+    return compare_sensors(sensors, now, read, asked, noise, body)
 
 
 def _first(

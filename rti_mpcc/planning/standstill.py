@@ -35,7 +35,7 @@ LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class AxisReading:
     """At time `at` [s].
 
     Attributes:
@@ -54,7 +54,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
+class AxisMotion:
     """What poses and speeds say of the motion along the body's axis.
 
     Attributes:
@@ -63,21 +63,21 @@ class Motion:
         noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
     """
 
-    moments: tuple[Moment, ...] = ()
+    moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     speed: float = 0.0
     noise: tuple[float, float] = (0.0, 0.0)
 
     def noted(
         self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
-    ) -> Motion:
+    ) -> AxisMotion:
         """With the estimate of this cycle; nothing is known of the time before one that is doubted.
 
         `queue`, `disturbance`: as known in the last cycle.
         """
         state, now = monitor.state, monitor.at
         if state is None or monitor.why:
-            return Motion()
+            return AxisMotion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
         told = speed if monitor.measured is None else float(monitor.measured[V])
         stds = monitor.noise.stds
@@ -86,13 +86,15 @@ class Motion:
         if last is not None and now == last.at:
             return self
         if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
-            return Motion(moments=(Moment(now, speed=speed, told=told),), pose=pose, speed=speed, noise=noise)
+            return AxisMotion(
+                moments=(AxisReading(now, speed=speed, told=told),), pose=pose, speed=speed, noise=noise
+            )
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
         commanded = mean_acceleration(queue, last.at, now)
         gained = commanded * seconds
-        moment = Moment(
+        moment = AxisReading(
             now,
             driven=last.driven + step,
             unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
@@ -102,7 +104,7 @@ class Motion:
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
         )
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
-        return Motion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
+        return AxisMotion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
         """Speed [m/s] of a vehicle that is measured to stand, by its poses.
@@ -118,7 +120,7 @@ class Motion:
         By as few poses as noise allows. 0 and inf if the vehicle is not measured to stand, or if the measured
         speed changes: a sensor in its dead band measures the same again and again.
         """
-        rest: list[Moment] = []
+        rest: list[AxisReading] = []
         for moment in reversed(self._last(SLIP_TIME)):
             if abs(moment.told) > moving_speed(config) or moment.told != self.moments[-1].told:
                 break
@@ -184,7 +186,7 @@ class Motion:
         """For which the motion is known [s]."""
         return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
 
-    def _last(self, seconds: float) -> tuple[Moment, ...]:
+    def _last(self, seconds: float) -> tuple[AxisReading, ...]:
         now = self.moments[-1].at if self.moments else 0.0
         return tuple(each for each in self.moments if now - each.at <= seconds + 1e-9)
 
@@ -209,7 +211,7 @@ def moving_speed(config: ControllerConfig) -> float:
     return MOVING_FACTOR * rest_speed(config)
 
 
-def standing_since(
+def update_standing(
     since: float | None, speeds: tuple[float, float], now: float, least: float
 ) -> float | None:
     """Since when the vehicle stands [s], or None.

@@ -23,7 +23,7 @@ from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.standstill import Motion
+from rti_mpcc.planning.standstill import AxisMotion
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
@@ -163,7 +163,7 @@ class VehicleEstimate:
         default_factory=lambda: (ActuatorRecord(), ActuatorRecord())
     )
     standing_since: float | None = None
-    motion: Motion = field(default_factory=Motion)
+    motion: AxisMotion = field(default_factory=AxisMotion)
 
     @property
     def dead_time(self) -> float:

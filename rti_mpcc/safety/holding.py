@@ -38,7 +38,7 @@ KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an accelera
 FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 
-def held(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def start_hold(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
     hold = s.task.hold
     if hold is None:

@@ -7,8 +7,8 @@ from math import cos, sin, tan
 import numpy as np
 import pytest
 
-from estimation.odometry import Geometry, Noise, Track, moved_on
-from estimation.sensors import Asked, Sensors, compared
+from estimation.odometry import Geometry, Noise, Odometers, moved_on
+from estimation.sensors import Asked, Sensors, compare_sensors
 
 H, WHEELBASE = 0.05, 2.5
 BODY = Geometry(WHEELBASE, 0.6)
@@ -25,7 +25,7 @@ def arc(k: int, speed: float, delta: float) -> np.ndarray:
 @pytest.mark.parametrize("speed", [0.8, -0.8])
 def test_on_an_arc_all_odometers_agree(speed: float) -> None:
     delta = 0.3
-    track = Track.start(0.0, arc(0, speed, delta), speed, delta)
+    track = Odometers.start(0.0, arc(0, speed, delta), speed, delta)
     for k in range(1, 21):
         track = moved_on(track, k * H, arc(k, speed, delta), 0.0, 0.0, 0.0, WHEELBASE)
     last, way = track.last, speed * H * 20
@@ -38,7 +38,7 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
 
 
 def test_a_distance_is_told_at_any_time_in_between() -> None:
-    track = Track.start(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
+    track = Odometers.start(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
     for k in range(1, 11):
         track = moved_on(track, k * H, arc(k, 1.0, 0.1), 0.0, 0.0, 0.0, WHEELBASE)
     assert track.ways_at(0.33) == pytest.approx((0.33, 0.33))
@@ -47,14 +47,14 @@ def test_a_distance_is_told_at_any_time_in_between() -> None:
 
 @pytest.mark.parametrize(("share", "left_out"), [(1.0, False), (1.03, False), (0.8, True), (1.2, True)])
 def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, left_out: bool) -> None:
-    known, speed = Sensors(track=Track.start(0.0, np.zeros(6), 0.0, 0.0)), 0.0
+    known, speed = Sensors(track=Odometers.start(0.0, np.zeros(6), 0.0, 0.0)), 0.0
     x = 0.0
     for k in range(1, 41):
         asked = 0.4 * H
         x += H * (speed + 0.5 * asked)
         speed += asked
         state = np.array((x, 0.0, 0.0, share * speed, 0.0, 0.0))
-        known = compared(known, k * H, state, Asked(asked, 0.0), EXACT, BODY)
+        known = compare_sensors(known, k * H, state, Asked(asked, 0.0), EXACT, BODY)
     assert bool(known.speed.problem) == left_out
     assert not known.pose
     assert known.usable(state, WHEELBASE)[3] == pytest.approx(speed if left_out else share * speed, abs=0.02)
