@@ -62,6 +62,8 @@ EXPLAINS = 25.0
 lag is wrong, a slope that changes, say."""
 SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
+_COURSE_STDS: Final = np.array(((ANYWHERE, 1.0, 1.0 / CHANGE_TIME), (1.0, REJECTED, REJECTED / CHANGE_TIME)))
+"""Standard deviations of c0, c1, c3, for rates and for set-points, in those of a `Scale`."""
 
 
 class Scale(NamedTuple):
@@ -137,10 +139,10 @@ def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -
     if at <= record.sent[-1]:  # it takes the place of the last one at once
         return replace(record, command=command)
     output, acting = _advanced(record, at)
-    first = int(np.searchsorted(record.sent, at - MEMORY - 1.0))
+    first = int(record.sent.searchsorted(at - MEMORY - 1.0))
     return replace(
         record,
-        sent=np.append(record.sent[first:], at),
+        sent=np.concatenate((record.sent[first:], (at,))),
         outputs=np.concatenate((record.outputs[first:], output[None])),
         acting=acting,
         command=command,
@@ -164,11 +166,11 @@ def with_measurement(
     """With a measurement at `at` [s]."""
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
         return record
-    first = int(np.searchsorted(record.stamps, at - (REST_MEMORY if at_rest else MEMORY)))
+    first = int(record.stamps.searchsorted(at - (REST_MEMORY if at_rest else MEMORY)))
     return replace(
         record,
-        stamps=np.append(record.stamps[first:], at),
-        measured=np.append(record.measured[first:], value),
+        stamps=np.concatenate((record.stamps[first:], (at,))),
+        measured=np.concatenate((record.measured[first:], (value,))),
     )
 
 
@@ -254,30 +256,28 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> Array:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
     output, _ = _advanced(record, at)
-    sent, outputs = np.append(record.sent, at), np.concatenate((record.outputs, output[None]))
-    due = record.stamps[None, :] - DEAD_TIMES[:, None]
-    after = np.clip(np.searchsorted(sent, due), 1, len(sent) - 1)
+    sent = np.concatenate((record.sent, (at,)))
+    outputs = np.ascontiguousarray(np.concatenate((record.outputs, output[None])).transpose(1, 2, 0))
+    due = record.stamps - DEAD_TIMES[:, None]
+    after = sent.searchsorted(due).clip(1, len(sent) - 1)
     begin, end = sent[after - 1], sent[after]
-    share = np.clip((due - begin) / (end - begin), 0.0, 1.0)
-    outputs = np.ascontiguousarray(outputs.transpose(1, 2, 0))
-    before = outputs[:, :, after - 1]  # (2, lags, dead times, m)
-    y = before + share * (outputs[:, :, after] - before)
-    e = record.measured - y
-    t = record.stamps - record.stamps.mean()
+    share = ((due - begin) / (end - begin)).clip(0.0, 1.0)
+    before, y = outputs.take(after - 1, axis=2), outputs.take(after, axis=2)  # (2, lags, dead times, m)
+    y -= before
+    y *= share
+    y += before
+    m, t = record.measured, record.stamps - record.stamps.mean()
     courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
-    stds = np.array(((ANYWHERE, 1.0, 1.0 / CHANGE_TIME), (1.0, REJECTED, REJECTED / CHANGE_TIME)))
-    stds *= np.array((scale.offset, scale.drift, scale.drift))
-    inverse = np.linalg.inv(courses @ courses.T + variance * np.apply_along_axis(np.diag, 1, stds**-2.0))
-    along_e, along_y = e @ courses.T, y @ courses.T
-    inverse = inverse[:, None]
-    ee = np.einsum("ijkl,ijkl->ijk", e, e) - ((along_e @ inverse) * along_e).sum(axis=3)
-    ye = np.einsum("ijkl,ijkl->ijk", y, e) - ((along_y @ inverse) * along_e).sum(axis=3)
-    yy = (
-        np.einsum("ijkl,ijkl->ijk", y, y)
-        - ((along_y @ inverse) * along_y).sum(axis=3)
-        + variance / GAIN_STD**2
-    )
-    return np.asarray(((ee - ye**2 / yy) / len(t)).swapaxes(1, 2))
+    stds = _COURSE_STDS * (scale.offset, scale.drift, scale.drift)
+    inverse = np.linalg.inv(courses @ courses.T + variance * np.eye(3) * stds[:, None] ** -2.0)[:, None]
+    # Scalar products of what the courses c0, c1, c3 leave of m and y.
+    along_m, along_y = courses @ m, y @ courses.T
+    left_y = along_y @ inverse
+    mm = m @ m - (inverse @ along_m @ along_m)[..., None]
+    my = y @ m - left_y @ along_m
+    yy = np.einsum("ijkl,ijkl->ijk", y, y) - (left_y * along_y).sum(axis=3)
+    residuals = mm - 2.0 * my + yy - (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
+    return np.asarray((residuals / len(t)).swapaxes(1, 2))
 
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:

@@ -13,8 +13,10 @@ the pose.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, replace
 from math import cos, inf, sin, sqrt, tan
+from operator import attrgetter
 from typing import NamedTuple
 
 from estimation.types import Array
@@ -47,13 +49,23 @@ class Geometry(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations: along [m], heading [rad], speed [m/s]; pairs of neighbours they are known from."""
+    """Standard deviations: along [m], heading [rad], speed [m/s], steering [rad]."""
 
-    along: float
-    heading: float
+    along: float = 0.0
+    heading: float = 0.0
+    speed: float = 0.0
+    steering: float = 0.0
+
+
+class Asked(NamedTuple):
+    """What the commands change from one measurement to the next: speed [m/s], steering [rad].
+
+    `believed`: the steering at the first of the two [rad].
+    """
+
     speed: float
     steering: float
-    pairs: int
+    believed: float
 
 
 class OdometerReading(NamedTuple):
@@ -95,6 +107,7 @@ class Correction(NamedTuple):
 
 
 _UNCORRECTED = Correction()
+_at = attrgetter("at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +146,8 @@ class Odometers:
 
     def before(self, seconds: float) -> OdometerReading:
         """The newest moment at least so long ago [s], or the oldest."""
-        then = self.last.at - seconds + 1e-9
-        return next((each for each in reversed(self.moments) if each.at <= then), self.moments[0])
+        later = bisect_right(self.moments, self.last.at - seconds + 1e-9, key=_at)
+        return self.moments[max(later - 1, 0)]
 
     def leap(self, noise: float) -> float:
         """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
@@ -154,7 +167,7 @@ class Odometers:
         then, known = self.before(seconds), self.moments[0].at + late - 1e-9
         if then.at >= known:
             return then
-        return next((each for each in self.moments if each.at >= known), self.last)
+        return self.moments[min(bisect_left(self.moments, known, key=_at), len(self.moments) - 1)]
 
     def ways_at(self, at: float) -> tuple[float, float]:
         """`told` and `driven` at a time [s], at the ends those of the nearest moment."""
@@ -167,29 +180,19 @@ class Odometers:
             later = each
         return later.told, later.driven
 
-    def believing(self, steering: float) -> Odometers:
-        """With what is believed of the present steering [rad]."""
-        last = self.last._replace(steering=steering)
-        return replace(self, moments=(*self.moments[:-1], last))
-
 
 def moved_on(
-    track: Odometers, at: float, measured: Array, asked: float, steered: float, noise: float, wheelbase: float
+    track: Odometers, at: float, measured: Array, asked: Asked, noise: Noise, wheelbase: float
 ) -> Odometers:
-    """The track with one more measurement (>= 5,), of a pose that did not jump.
-
-    Args:
-        asked: change of the speed that was commanded since the last moment [m/s]; steered: of the steering.
-        noise: standard deviation of the position [m]; wheelbase: [m].
-    """
-    last, (x, y, phi, v, delta) = track.last, measured[:5].tolist()
+    """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
+    last, (x, y, phi, v, delta) = track.last._replace(steering=asked.believed), measured[:5].tolist()
     h = at - last.at
-    told, driven = 0.5 * h * (v + last.v), h * (last.explained + 0.5 * asked)
+    told, driven = 0.5 * h * (v + last.v), h * (last.explained + 0.5 * asked.speed)
     turn = wrap(phi - last.phi)
     middle = last.phi + 0.5 * turn
     c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
-    step, leap = c * dx + s * dy, v - last.v - asked
-    step, corrected = _step(track.corrected, at, step, told, driven, noise)
+    step, leap = c * dx + s * dy, v - last.v - asked.speed
+    step, corrected = _step(track.corrected, at, step, told, driven, noise.along)
     now = OdometerReading(
         at=at,
         x=x,
@@ -200,15 +203,15 @@ def moved_on(
         along=last.along + step,
         aside=last.aside + c * dy - s * dx,
         told=last.told + told,
-        asked=last.asked + asked,
+        asked=last.asked + asked.speed,
         driven=last.driven + driven,
-        explained=last.explained + asked,
+        explained=last.explained + asked.speed,
         turned=last.turned + step * tan(0.5 * (delta + last.delta)) / wheelbase,
-        steered=last.steered + steered,
+        steered=last.steered + asked.steering,
         leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
     )
-    kept = tuple(each for each in track.moments if each.at >= at - LENGTH)
-    z, speed, p = _filtered(track, now.along, h, asked, max(noise, _LEAST_NOISE) ** 2)
+    kept = (*track.moments[bisect_left(track.moments, at - LENGTH, key=_at) : -1], last)
+    z, speed, p = _filtered(track, now.along, h, asked.speed, max(noise.along, _LEAST_NOISE) ** 2)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
         now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)
     off = step - driven

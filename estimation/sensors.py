@@ -25,6 +25,7 @@ import numpy as np
 from estimation.odometry import (
     SIGMAS,
     WINDOWS,
+    Asked,
     Geometry,
     Noise,
     OdometerReading,
@@ -148,17 +149,6 @@ class Sensors:
         """The pose and the steering are tried once more."""
         return replace(self.restarted(at, measured, speed, steering), pose="", unsteered="", moved=0.0)
 
-    def believing(self, steering: float) -> Sensors:
-        """With what is believed of the present steering [rad]."""
-        return self if self.track is None else replace(self, track=self.track.believing(steering))
-
-
-class Asked(NamedTuple):
-    """What the commands change from one measurement to the next: speed [m/s], steering [rad]."""
-
-    speed: float
-    steering: float
-
 
 def compare_sensors(
     known: Sensors, at: float, measured: Array, asked: Asked, noise: Noise, body: Geometry
@@ -168,7 +158,7 @@ def compare_sensors(
     if track is None or at <= track.last.at:
         return known
     before = track.last
-    track = moved_on(track, at, measured, *asked, noise.along, body.wheelbase)
+    track = moved_on(track, at, measured, asked, noise, body.wheelbase)
     known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
     if len(track.moments) < _FIRST_MOMENTS:
         return known
@@ -272,10 +262,10 @@ def _delay(track: Odometers, noise: Noise) -> float | None:
 def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geometry) -> Sensors:
     """With the pose in doubt where it is that of another point: it moves aside by a times what it turns."""
     first = track.moments[0]
-    turned = np.array([each.phi - first.phi for each in track.moments])
-    aside = np.array([each.aside - first.aside for each in track.moments])
-    if float(np.ptp(turned)) < _POINT_TURN + SIGMAS * noise.heading:
+    turns = [each.phi - first.phi for each in track.moments]
+    if max(turns) - min(turns) < _POINT_TURN + SIGMAS * noise.heading:
         return known
+    turned, aside = np.array(turns), np.array([each.aside - first.aside for each in track.moments])
     turned, aside = turned - turned.mean(), aside - aside.mean()
     ahead = float(turned @ aside) / float(turned @ turned)
     shown, left = float(np.std(ahead * turned)), float(np.std(aside - ahead * turned))
@@ -320,9 +310,3 @@ def _steering(
     judged = known.steering.judged(known.steering.problem if problem and out else problem, way)
     moved = 0.0 if unsteered else known.moved + way
     return replace(known, steering=judged, angle=angle, unsteered=unsteered, moved=moved)
-
-
-def noise_of(stds: Array, pairs: int) -> Noise:
-    """From the standard deviations (5,) of along, across, heading, speed, steering."""
-    along, _, heading, speed, steering = np.asarray(stds).tolist()
-    return Noise(along, heading, speed, steering, pairs)

@@ -18,8 +18,8 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.odometry import Geometry
-from estimation.sensors import Asked, Sensors, compare_sensors, noise_of
+from estimation.odometry import Asked, Geometry, Noise
+from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
@@ -126,7 +126,7 @@ def validate_measurement(
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
     gained, sensors = seconds * mean_acceleration(queue, last.at, now), last.sensors
     if alike:
-        asked = Asked(gained, float(follows[DELTA] - last.measured[DELTA]))
+        asked = Asked(gained, float(follows[DELTA] - last.measured[DELTA]), float(last.state[DELTA]))
         sensors = _sensed(last, read, now, asked, config)
     elif not problem:
         sensors = sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
@@ -159,7 +159,7 @@ def validate_measurement(
         given=read,
         measured=measured,
         reckoned=reckoned,
-        sensors=sensors.believing(float(state[DELTA])),
+        sensors=sensors,
         why=problem,
         steering_fault=fault,
         since=last.since if problem and last.why else now,
@@ -198,7 +198,8 @@ def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: C
     assert state is not None
     if sensors.track is None or now <= sensors.track.last.at:
         return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
-    noise = noise_of(last.noise.stds, last.noise.pairs)
+    along, _, heading, speed, steering = last.noise.stds.tolist()
+    noise = Noise(along, heading, speed, steering)
     body = Geometry(config.vehicle.wheelbase, config.limits.steering)
     return compare_sensors(sensors, now, read, asked, noise, body)
 
