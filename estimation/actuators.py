@@ -157,7 +157,9 @@ def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
     over = record.acting - command
     acting = command + over * left
     integral = record.outputs[-1, 0] + command[0] * seconds + over[0] * LAGS * (1.0 - left)
-    return np.stack((integral, acting[1])), acting
+    output = acting.copy()
+    output[0] = integral
+    return output, acting
 
 
 def with_measurement(
@@ -178,9 +180,11 @@ def compare_models(
     record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
+    waited = at - record.compared_at + 1e-9
+    if waited < INTERVAL or len(record.stamps) < LEAST_COUNT:
+        return record, None
     early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
-    interval = INTERVAL * (1.0 if early or record.found else RARELY)
-    if at - record.compared_at < interval - 1e-9 or len(record.stamps) < LEAST_COUNT:
+    if waited < RARELY * INTERVAL and not (early or record.found):
         return record, None
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
     if moved < STILL * scale.least:

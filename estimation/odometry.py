@@ -162,12 +162,16 @@ class Odometers:
         moves = (last.along - before.along) / (last.at - before.at)
         return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
 
+    def recent(self, at: float) -> tuple[OdometerReading, ...]:
+        """The moments from a time on [s]."""
+        return self.moments[bisect_left(self.moments, at, key=_at) :]
+
     def since(self, seconds: float, late: float) -> OdometerReading:
         """As `before`, of moments that have one so much earlier [s]; the last one without any."""
         then, known = self.before(seconds), self.moments[0].at + late - 1e-9
         if then.at >= known:
             return then
-        return self.moments[min(bisect_left(self.moments, known, key=_at), len(self.moments) - 1)]
+        return next(iter(self.recent(known)), self.last)
 
     def ways_at(self, at: float) -> tuple[float, float]:
         """`told` and `driven` at a time [s], at the ends those of the nearest moment."""
@@ -210,7 +214,7 @@ def moved_on(
         steered=last.steered + asked.steering,
         leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
     )
-    kept = (*track.moments[bisect_left(track.moments, at - LENGTH, key=_at) : -1], last)
+    kept = (*track.recent(at - LENGTH)[:-1], last)
     z, speed, p = _filtered(track, now.along, h, asked.speed, max(noise.along, _LEAST_NOISE) ** 2)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
         now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)

@@ -213,10 +213,10 @@ def _speed_or_pose(known: Sensors, track: Odometers, noise: Noise, way: float) -
     """With the verdict on speed and pose."""
     gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
     wide = next((gap for gap in gaps if not gap.agree), None)
-    known = replace(known, consistent=wide is None)
     if wide is None:
         track = track if known.speed.problem else agreeing(track)
-        return replace(known, track=track, speed=known.speed.judged("", way))
+        return replace(known, track=track, speed=known.speed.judged("", way), consistent=True)
+    known = replace(known, consistent=False)
     if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(track.last.at - wide.then.at, 1e-3)
         by_pose = wide.moved / seconds
@@ -261,11 +261,11 @@ def _delay(track: Odometers, noise: Noise) -> float | None:
 
 def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geometry) -> Sensors:
     """With the pose in doubt where it is that of another point: it moves aside by a times what it turns."""
-    first = track.moments[0]
-    turns = [each.phi - first.phi for each in track.moments]
-    if max(turns) - min(turns) < _POINT_TURN + SIGMAS * noise.heading:
+    headings = [each.phi for each in track.moments]
+    if max(headings) - min(headings) < _POINT_TURN + SIGMAS * noise.heading:
         return known
-    turned, aside = np.array(turns), np.array([each.aside - first.aside for each in track.moments])
+    turned, aside = np.array(headings), np.array([each.aside for each in track.moments])
+    turned, aside = turned - turned[0], aside - aside[0]
     turned, aside = turned - turned.mean(), aside - aside.mean()
     ahead = float(turned @ aside) / float(turned @ turned)
     shown, left = float(np.std(ahead * turned)), float(np.std(aside - ahead * turned))

@@ -96,7 +96,7 @@ def observe_steering(track: Odometers, angle: float, noise: Noise, body: Geometr
 def unfollowed_angle(track: Odometers, noise: Noise, body: Geometry) -> float:
     """By how much the steering stays aside [rad] of all that was commanded lately; 0 where it does not."""
     now, then = track.last, track.before(STEERING_WINDOW)
-    late = [each.steered for each in track.moments if each.at >= max(now.at - _STEERING_LAG, then.at)]
+    late = [each.steered for each in track.recent(max(now.at - _STEERING_LAG, then.at))]
     first = then.delta - then.steered
     # Steered far out it may be at a stop that is nearer than the limit.
     out = max(body.steering - _STEERING_STOP, 0.0)
