@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation.types import Array
+from geometry.compiled import Array1, Array2, Out3, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
 """Of the bank [s]; the first one stands for none."""
@@ -260,28 +261,55 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> Array:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
     output, _ = _advanced(record, at)
-    sent = np.concatenate((record.sent, (at,)))
-    outputs = np.ascontiguousarray(np.concatenate((record.outputs, output[None])).transpose(1, 2, 0))
-    due = record.stamps - DEAD_TIMES[:, None]
-    after = sent.searchsorted(due).clip(1, len(sent) - 1)
-    begin, end = sent[after - 1], sent[after]
-    share = ((due - begin) / (end - begin)).clip(0.0, 1.0)
-    before, y = outputs.take(after - 1, axis=2), outputs.take(after, axis=2)  # (2, lags, dead times, m)
-    y -= before
-    y *= share
-    y += before
     m, t = record.measured, record.stamps - record.stamps.mean()
     courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
+    products = np.zeros((len(DEAD_TIMES), 5, 2 * len(LAGS)))
+    _multiply(
+        np.concatenate((record.sent, (at,))),
+        np.concatenate((record.outputs, output[None])).reshape(-1, 2 * len(LAGS)),
+        record.stamps,
+        np.concatenate((courses, m[None])),
+        DEAD_TIMES,
+        products,
+    )
+    # (2, lags, dead times, ...), as the priors are of rates and of set-points.
+    each = products.reshape(-1, 5, 2, len(LAGS)).transpose(2, 3, 0, 1)
+    along_y, ym, yy = each[..., :3], each[..., 3], each[..., 4]
     stds = _COURSE_STDS * (scale.offset, scale.drift, scale.drift)
     inverse = np.linalg.inv(courses @ courses.T + variance * np.eye(3) * stds[:, None] ** -2.0)[:, None]
-    # Scalar products of what the courses c0, c1, c3 leave of m and y.
-    along_m, along_y = courses @ m, y @ courses.T
+    # What the courses c0, c1, c3 leave of the scalar products of m and y.
+    along_m = courses @ m
     left_y = along_y @ inverse
     mm = m @ m - (inverse @ along_m @ along_m)[..., None]
-    my = y @ m - left_y @ along_m
-    yy = np.einsum("ijkl,ijkl->ijk", y, y) - (left_y * along_y).sum(axis=3)
+    my = ym - left_y @ along_m
+    yy = yy - (left_y * along_y).sum(axis=3)
     residuals = mm - 2.0 * my + yy - (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
     return np.asarray((residuals / len(t)).swapaxes(1, 2))
+
+
+@kernel
+def _multiply(
+    sent: Array1, outputs: Array2, stamps: Array1, others: Array2, dead_times: Array1, products: Out3
+) -> None:
+    """Scalar products (dead times, 5, models) of Y of (A2) with the rows of `others` (4, m), and with itself.
+
+    `outputs` (c, models) are those of the times `sent` (c,), with straight lines in between.
+    """
+    y = np.empty(outputs.shape[1])
+    for d in range(len(dead_times)):
+        after = 1
+        for k in range(len(stamps)):
+            due = stamps[k] - dead_times[d]
+            while after < len(sent) - 1 and sent[after] < due:
+                after += 1
+            share = min(max((due - sent[after - 1]) / (sent[after] - sent[after - 1]), 0.0), 1.0)
+            for i in range(len(y)):
+                y[i] = outputs[after - 1, i] + share * (outputs[after, i] - outputs[after - 1, i])
+            for row in range(len(others)):
+                for i in range(len(y)):
+                    products[d, row, i] += others[row, k] * y[i]
+            for i in range(len(y)):
+                products[d, len(others), i] += y[i] * y[i]
 
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
