@@ -450,7 +450,8 @@ def _proportions(config: ControllerConfig) -> str:
     """The lengths that follow from the vehicle's size and from the tolerance."""
     kept, tolerance, vehicle = config.clearance, config.goal_tolerance, config.vehicle
     return (
-        f"vehicle of {vehicle.front + vehicle.rear:.2f} m: clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
+        f"vehicle of {vehicle.front + vehicle.rear:.2f} m: "
+        f"clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
         f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
         f"it stands below {rest_speed(config):.3g} m/s, at the dock {dock_speed(tolerance, config):.3g} m/s"
     )
