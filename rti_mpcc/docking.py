@@ -269,7 +269,7 @@ class DockingController:
             after = sent(after, decision.control, context.begin, context.state, self.config)
             after = replace(after, begin=context.state)
             after = _looking_again(after, status, decision.verdict.reason)
-            remarks = (*remarks, unfit, *aim.goal_remarks(s.goal))
+            remarks = (*remarks, unfit, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
             answer = command(decision, status, context, after, detections, remarks, self.config, clock)
@@ -448,13 +448,10 @@ class DockingController:
 
 def _proportions(config: ControllerConfig) -> str:
     """The lengths that follow from the vehicle's size and from the tolerance."""
-    kept, tolerance, length = (
-        config.clearance,
-        config.goal_tolerance,
-        config.vehicle.front + config.vehicle.rear,
-    )
+    kept, tolerance, vehicle = config.clearance, config.goal_tolerance, config.vehicle
     return (
-        f"vehicle of {length:.2f} m: clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
+        f"vehicle of {vehicle.front + vehicle.rear:.2f} m: "
+        f"clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
         f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
         f"it stands below {rest_speed(config):.3g} m/s, at the dock {dock_speed(tolerance, config):.3g} m/s"
     )

@@ -137,7 +137,6 @@ class ControllerConfig(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        self._follow_short_form()
         for name, unit in (("acceleration", "m/s²"), ("steering_rate", "rad/s")):
             comfort, most = getattr(self, f"comfort_{name}"), getattr(self.limits, name)
             if comfort > most and (name == "acceleration" or f"comfort_{name}" in self.model_fields_set):
@@ -145,13 +144,21 @@ class ControllerConfig(Settings):
                 raise ValueError(said)
         return self
 
-    def _follow_short_form(self) -> None:
-        """`dead_time` as a part of `actuators`, where it is given; either way both are the same then."""
+    @model_validator(mode="after")
+    def _follow_short_form(self) -> Self:
+        """Put a given `dead_time` into `actuators`. Both are the same afterwards."""
         if "dead_time" in self.model_fields_set:
             object.__setattr__(self, "actuators", replaced(self.actuators, dead_time=self.dead_time))
             self.model_fields_set.add("actuators")
             self.model_fields_set.discard("dead_time")
         object.__setattr__(self, "dead_time", self.actuators.dead_time)
+        return self
+
+    @model_validator(mode="after")
+    def _in_proportion(self) -> Self:
+        """Scale the clearances that were not given to the vehicle's size."""
+        object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
+        return self
 
     @cached_property
     def max_curvature(self) -> float:
@@ -233,12 +240,6 @@ class ControllerConfig(Settings):
     def recovers(self) -> bool:
         """Whether a goal that is missed is made for by other ways, see `recovery`."""
         return self.objective.arrives_at_goal if self.recovery is None else self.recovery
-
-    @model_validator(mode="after")
-    def _in_proportion(self) -> Self:
-        """Clearances that were not given are those of the vehicle's size."""
-        object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
-        return self
 
     @cached_property
     def size(self) -> float:

@@ -39,8 +39,8 @@ class AxisReading:
     """At time `at` [s].
 
     Attributes:
-        driven: distance along the axis by poses [m]; speed: estimated [m/s]; told: measured [m/s].
-        unexplained: the measured speed less what commands and disturbance make of it [m/s].
+        driven: distance along the axis by poses [m]; speed: estimated [m/s]; measured: by the sensor [m/s].
+        unexplained: the estimated speed less what commands and disturbance make of it [m/s].
         gained, planned: speed [m/s] and distance [m] by the commands alone.
     """
 
@@ -48,7 +48,7 @@ class AxisReading:
     driven: float = 0.0
     unexplained: float = 0.0
     speed: float = 0.0
-    told: float = 0.0
+    measured: float = 0.0
     gained: float = 0.0
     planned: float = 0.0
 
@@ -59,13 +59,12 @@ class AxisMotion:
 
     Attributes:
         moments: of the last `WINDOW`.
-        pose: the last one, x [m], y [m], heading [rad]; speed: measured then [m/s].
+        pose: the last one, x [m], y [m], heading [rad].
         noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    speed: float = 0.0
     noise: tuple[float, float] = (0.0, 0.0)
 
     def noted(
@@ -79,16 +78,15 @@ class AxisMotion:
         if state is None or monitor.why:
             return AxisMotion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
-        told = speed if monitor.measured is None else float(monitor.measured[V])
+        measured = speed if monitor.measured is None else float(monitor.measured[V])
         stds = monitor.noise.stds
         noise = float(stds[0]), float(stds[3])
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
         if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
-            return AxisMotion(
-                moments=(AxisReading(now, speed=speed, told=told),), pose=pose, speed=speed, noise=noise
-            )
+            first = AxisReading(now, speed=speed, measured=measured)
+            return AxisMotion(moments=(first,), pose=pose, noise=noise)
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
@@ -97,14 +95,14 @@ class AxisMotion:
         moment = AxisReading(
             now,
             driven=last.driven + step,
-            unexplained=last.unexplained + speed - self.speed - disturbance.acting(commanded) * seconds,
+            unexplained=last.unexplained + speed - last.speed - disturbance.acting(commanded) * seconds,
             speed=speed,
-            told=told,
+            measured=measured,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
         )
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
-        return AxisMotion(moments=(*kept, moment), pose=pose, speed=speed, noise=noise)
+        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
         """Speed [m/s] of a vehicle that is measured to stand, by its poses.
@@ -121,8 +119,9 @@ class AxisMotion:
         speed changes: a sensor in its dead band measures the same again and again.
         """
         rest: list[AxisReading] = []
+        still = moving_speed(config)
         for moment in reversed(self._last(SLIP_TIME)):
-            if abs(moment.told) > moving_speed(config) or moment.told != self.moments[-1].told:
+            if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
                 break
             rest.append(moment)
         if len(rest) < FEWEST:

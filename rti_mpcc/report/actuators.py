@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from estimation.actuator_fit import ActuatorFit, Drive
 from rti_mpcc.recording.identify import Identified
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid
 
 
 def actuators_figure(title: str, found: Identified) -> Figure:
@@ -24,6 +25,7 @@ def actuators_figure(title: str, found: Identified) -> Figure:
         if fit is not None:
             axes.plot(drive.stamps, fit.predicted, color=style.RED, linestyle="--", label=_named(drive, fit))
         axes.set_ylabel(label)
+        grid(axes)
         axes.legend(loc="best", fontsize="small")
     lower.set_xlabel("time [s]")
     upper.set_title(title, parse_math=False)
@@ -32,4 +34,5 @@ def actuators_figure(title: str, found: Identified) -> Figure:
 
 def _named(drive: Drive, fit: ActuatorFit) -> str:
     share = fit.rms / max(float(np.ptp(drive.measured)), 1e-9)
-    return f"dead time {fit.dead_time:.3f} s, lag {fit.lag:.3f} s (leaves {100.0 * share:.1f} %)"
+    times = f"dead time {fit.dead_time:.3f} s, lag {fit.lag:.3f} s"
+    return f"fit: {times}; residual (rms) {100.0 * share:.1f} % of the range"

@@ -11,7 +11,9 @@ of more than twice that.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
+from math import degrees, hypot
 from typing import Final
 
 from geometry import Pose2
@@ -23,6 +25,8 @@ from rti_mpcc.planning.standstill import UNKNOWN_LAG
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
 from rti_mpcc.safety.fallback import SETTLING_TIME, ControlInput
 from rti_mpcc.types import Source
+
+_log = logging.getLogger(__name__)
 
 DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
@@ -95,6 +99,17 @@ def stays_put(s: ControllerState) -> bool:
     if hold is not None:
         return hold.docked is not None
     return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
+
+
+def undocked(before: ControllerState, after: ControllerState, context: PlanningContext) -> str:
+    """The remark in the cycle in which a docked vehicle is no longer docked, else ""."""
+    held, holds = before.task.hold, after.task.hold
+    if held is None or held.docked is None or holds is not None:
+        return ""
+    far, turned = hypot(context.error.x, context.error.y), degrees(abs(context.error.phi))
+    said = f"no longer docked: the vehicle is {far:.3f} m and {turned:.1f} deg from the goal"
+    _log.info("%s", said)
+    return said
 
 
 def not_reckoned(s: ControllerState) -> ControllerState:

@@ -23,8 +23,9 @@ CORRECTION = 3.0
 """Time constant [s] by which set-points return to what is measured: some times the lag of any actuator."""
 KEPT = 3.0
 """Commands are kept for so long [s]: longer than they are under way, and longer than what they leave acts."""
-UNKNOWN_LAG = 0.6
-"""Lag [s] that set-points allow for: so far they may be ahead of the vehicle at the comfort acceleration."""
+FARTHEST_AHEAD = 0.6
+"""Set-points may be ahead of the vehicle by so much time [s] at the comfort acceleration: an unknown lag
+explains as much."""
 
 
 def sent(
@@ -50,10 +51,8 @@ def sent(
         speed=_within(speed + cycle * s.vehicle.disturbance.acting(a), limits.speed, float(now[V])),
         steering=_within(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
-    kept = s.sent[-round(KEPT / cycle) :]
-    return replace(
-        s, queue=queued(s.queue, actuation.queued(actuators, cycle), s.now), sent=(*kept, actuation)
-    )
+    queue = queued(s.queue, actuation.queued(actuators, cycle), s.now)
+    return replace(s, queue=queue, sent=(*s.sent[-round(KEPT / cycle) :], actuation))
 
 
 def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> tuple[float, float]:
@@ -66,7 +65,8 @@ def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> t
 def _led(last: float, at_rest: float, comfort: float, seconds: float) -> float:
     """The last set-point, led in comfort towards where the vehicle would come to, if it is far from it."""
     led = at_rest + (last - at_rest) * exp(-seconds / CORRECTION)
-    wanted = min(max(led, at_rest - UNKNOWN_LAG * comfort), at_rest + UNKNOWN_LAG * comfort)
+    most = FARTHEST_AHEAD * comfort
+    wanted = min(max(led, at_rest - most), at_rest + most)
     return min(max(wanted, led - comfort * seconds), led + comfort * seconds)
 
 

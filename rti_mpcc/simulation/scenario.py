@@ -37,7 +37,6 @@ from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, Strai
 from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
-_ACTUATORS = {"dead_time", "drive_lag", "steering_lag"}
 _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
@@ -171,7 +170,7 @@ class Scenario(Section):
 
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
-        errors = self.simulation.model_dump(include={*_ACTUATORS, *_ERRORS})
+        errors = self.simulation.model_dump(include={*ActuatorModel.model_fields, *_ERRORS})
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
     def _problems(self) -> Iterator[KeyProblem]:
