@@ -16,27 +16,20 @@ from typing import Any
 import numpy as np
 
 from benchmarks.tables import ROOT, command_line, number, origin, write_json, write_table
-from estimation import GoalFilterConfig
-from rti_mpcc import ControllerConfig, DockingController, GoalTracking
+from rti_mpcc import DockingController
 from rti_mpcc.simulation import GoalSource, builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.closed_loop import Controller
 
 COMMAND = "python -m benchmarks.measure_detections"
 SEEDS = range(10)
-PARTS: dict[str, dict[str, Any]] = {
-    "as it is": {},
-    "first detection accepted": {"filter": {"confirmations": 1}},
-}
+PARTS: dict[str, dict[str, Any]] = {"as it is": {}, "first detection accepted": {"confirmations": 1}}
+"""Settings of the filter."""
 
 
-def controller(scenario_name: str, part: Mapping[str, Any]) -> Controller:
-    """The controller of a scenario with other settings of its goal tracking."""
+def controller(scenario_name: str, settings: Mapping[str, Any]) -> Controller:
+    """The controller of a scenario with other settings of its goal filter."""
     scenario = load_scenario(scenario_name)
-    config = scenario.controller_config()
-    tracking = config.goal_tracking
-    settings = {**dict(tracking.filter), **part.get("filter", {})}
-    changed = {**dict(tracking), **part.get("tracking", {}), "filter": GoalFilterConfig(**settings)}
-    config = ControllerConfig(**{**dict(config), "goal_tracking": GoalTracking(**changed)})
+    config = scenario.controller_config().changed(goal_tracking={"filter": settings})
     path = scenario.build_path()
     return DockingController(path, scenario.build_corridor(path), config)
 
