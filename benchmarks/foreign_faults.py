@@ -9,7 +9,6 @@ accelerations and by set-points. The limits: the body stays inside the free spac
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -42,7 +41,7 @@ from benchmarks.foreign_sensors import (
     stuck_steering,
     unsigned_speed,
 )
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
@@ -289,13 +288,13 @@ def write() -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Rides of foreign vehicles with one faulty sensor each.")
-    parser.add_argument("--draws", type=int, default=1)
-    parser.add_argument("--seed", type=int, default=0)
+    parser = command_line(__doc__, "python -m benchmarks.foreign_faults")
+    parser.add_argument("--draws", type=int, default=1, help="rides of each fault, default: 1")
+    parser.add_argument("--seed", type=int, default=0, help="random seed of the first ride")
     parser.add_argument("--only", default="", help="faults with this in their name")
     parser.add_argument("--kind", default="", help="path, bay or mission")
     parser.add_argument("--interface", default="", help="rates or setpoints")
-    parser.add_argument("--noisy", action="store_true")
+    parser.add_argument("--noisy", action="store_true", help="all measurements have noise")
     parser.add_argument("--write", action="store_true", help="write the table of docs/faults.md")
     given = parser.parse_args()
     if given.write:

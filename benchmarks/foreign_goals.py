@@ -8,7 +8,6 @@ mission to a dock that says how wrong its pose may be and has a body that must n
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
@@ -19,6 +18,7 @@ import shapely
 
 from benchmarks.foreign import Car, Ride, drive
 from benchmarks.foreign_cameras import Bursts, DockCamera, MovingDock
+from benchmarks.tables import command_line, table
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import (
     Approach,
@@ -224,7 +224,7 @@ def rows(draws: int, seed: int, faults: list[str]) -> Iterator[tuple[str, Place,
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__, "python -m benchmarks.foreign_goals")
     parser.add_argument("--draws", type=int, default=2, help="rides for each fault and place")
     parser.add_argument("--seed", type=int, default=5400, help="random seed of the first ride")
     parser.add_argument("--faults", nargs="*", default=[*FAULTS, *MOTIONS], help="names; default: all")
@@ -238,20 +238,20 @@ def main() -> None:
         share = at / known if at and known else None
         found.setdefault(fault, []).append((share, outcome))
         print(f"{place} {seed} {fault}: {at} s, {share} of clean; {outcome}", flush=True)
-    print("\n".join(summary(found)))
+    print(summary(found))
 
 
-def summary(found: dict[str, list[tuple[float | None, Outcome]]]) -> list[str]:
+def summary(found: dict[str, list[tuple[float | None, Outcome]]]) -> str:
     """The table of docs/decisions/16-goal-filter.md."""
-    lines = ["| fault | docked | time / clean, at most | DOCKED outside, at most [s] | touched |"]
-    lines.append("| --- | ---: | ---: | ---: | ---: |")
+    rows = []
     for fault, outcomes in found.items():
         docked = sum(one.docked_at is not None for _, one in outcomes)
         shares = [share for share, _ in outcomes if share is not None]
         most = f"{max(shares):.2f}" if shares and fault in FAULTS else "–"
         wrong, touched = max(one.wrong for _, one in outcomes), sum(one.touched for _, one in outcomes)
-        lines.append(f"| {fault} | {docked} of {len(outcomes)} | {most} | {wrong:.1f} | {touched} |")
-    return lines
+        rows.append([fault, f"{docked} of {len(outcomes)}", most, f"{wrong:.1f}", f"{touched}"])
+    header = ["fault", "docked", "time / clean, at most", "DOCKED outside, at most [s]", "touched"]
+    return table(header, rows)
 
 
 if __name__ == "__main__":

@@ -8,14 +8,15 @@ more than a third of it.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import pi, radians
 
 import numpy as np
 
-from benchmarks.foreign import Array, Car, Ride, Sensor, drive, exact, state_of
+from benchmarks.foreign import Car, Ride, drive
+from benchmarks.foreign_sensors import Faulty, dead_band
+from benchmarks.tables import command_line
 from rti_mpcc import (
     ControllerConfig,
     Corridor,
@@ -23,7 +24,6 @@ from rti_mpcc import (
     Pose2,
     ReferencePath,
     Vehicle,
-    VehicleState,
     prepare_process,
 )
 
@@ -81,14 +81,13 @@ class Draw:
         config = ControllerConfig(cycle=0.05, vehicle=vehicle, goal_tolerance=self.tolerances)
         controller = DockingController(path, corridor, config)
         car = Car.of(vehicle, **self.actuators)
-        sensor = with_dead_band(self.dead_band) if self.dead_band else exact
         return drive(
             controller.step,
             car,
             start,
             cycle=0.05,
             seconds=SECONDS,
-            sensor=sensor,
+            sensor=Faulty(dead_band(self.dead_band)),
             goal=self.goal,
             after_docked=after,
         )
@@ -130,16 +129,6 @@ def draws(count: int, seed: int) -> Iterator[Draw]:
         yield Draw(wheelbase=wheelbase, tolerance=tolerance, dead_band=dead_band, actuators=actuators)
 
 
-def with_dead_band(most: float) -> Sensor:
-    """A sensor that measures speeds below `most` [m/s] as 0, as a wheel encoder does."""
-
-    def sensor(history: Array, rng: np.random.Generator) -> VehicleState:
-        state = state_of(history[-1])
-        return replace(state, v=0.0) if abs(state.v) < most else state
-
-    return sensor
-
-
 def stay_of(draw: Draw, ride: Ride) -> Stay:
     """What the vehicle of a ride did after DOCKED."""
     docked = ride.docked_at
@@ -158,9 +147,7 @@ def stay_of(draw: Draw, ride: Ride) -> Stay:
 
 def main() -> None:
     """Drive draws, a line each."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__, "python -m benchmarks.foreign_hold")
     parser.add_argument("--count", type=int, default=30, help="number of draws")
     parser.add_argument("--seed", type=int, default=1, help="random seed of the draws")
     asked = parser.parse_args()

@@ -9,8 +9,9 @@ import numpy as np
 import shapely
 
 from benchmarks.foreign import Car, Interface, Ride, drive
+from benchmarks.foreign_sensors import Faulty, healthy
 from geometry import Pose2
-from rti_mpcc import ActuatorModel, ControllerConfig, DockingController, VehicleState
+from rti_mpcc import ActuatorModel, ControllerConfig, DockingController
 from rti_mpcc.simulation import Scenario, load_scenario
 
 SCENES = ("docking_behind", "docking_inside", "bay_perpendicular")
@@ -82,10 +83,6 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
     else:
         controller = DockingController(path, scenario.build_corridor(path), config)
 
-    def sensor(history: Any, rng: np.random.Generator) -> VehicleState:
-        x, y, phi, v, delta = (history[-1, 1:] + case.noise * NOISE * rng.standard_normal(5)).tolist()
-        return VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
-
     limits = config.limits
     car = Car.of(
         config.vehicle,
@@ -102,7 +99,7 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
         scenario.start_pose() if path is None else path.start,
         cycle=config.cycle,
         seconds=120.0,
-        sensor=sensor,
+        sensor=Faulty(healthy, noise=tuple((case.noise * NOISE).tolist())),
         goal=goal,
         seed=case.seed,
         after_docked=5.0,
