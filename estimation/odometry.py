@@ -14,6 +14,7 @@ the pose.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, inf, sin, sqrt, tan
 from operator import attrgetter
@@ -143,6 +144,28 @@ class Odometers:
     def last(self) -> OdometerReading:
         """The present moment."""
         return self.moments[-1]
+
+    def commanded_anew(self, rates: Callable[[float, float], tuple[float, float]]) -> Odometers:
+        """With commands that turn out to act at other times.
+
+        `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
+        """
+        last, old = self.moments[0], self.moments[0]
+        moments = [last]
+        for each in self.moments[1:]:
+            h = each.at - old.at
+            acceleration, steering_rate = rates(old.at, each.at)
+            asked = last.asked + h * acceleration
+            led = (each.explained - old.explained) - (each.asked - old.asked)
+            explained = last.explained + h * acceleration + led
+            driven = last.driven + 0.5 * h * (last.explained + explained)
+            steered = last.steered + h * steering_rate
+            last, old = (
+                each._replace(asked=asked, explained=explained, driven=driven, steered=steered),
+                each,
+            )
+            moments.append(last)
+        return replace(self, moments=tuple(moments))
 
     def before(self, seconds: float) -> OdometerReading:
         """The newest moment at least so long ago [s], or the oldest."""

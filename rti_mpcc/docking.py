@@ -300,7 +300,7 @@ class DockingController:
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
-        s, found = actuation.correct_actuators(s, monitor, clock.now, config)
+        s, monitor, found = actuation.correct_actuators(s, monitor, clock.now, config)
         known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)

@@ -93,14 +93,16 @@ def queued(queue: Sequence[QueuedCommand], sent: QueuedCommand, now: float) -> t
     return (*still_acting(queue, now), sent)
 
 
-def mean_acceleration(queue: Sequence[QueuedCommand], begin: float, end: float) -> float:
-    """Mean of what the queued commands ask for from `begin` to `end` [s] [m/s²]; before the first one 0."""
+def mean_rates(queue: Sequence[QueuedCommand], begin: float, end: float) -> tuple[float, float]:
+    """Mean acceleration [m/s²] and steering rate [rad/s] that act from `begin` to `end` [s]; before the first
+    command 0."""
     if end <= begin:
-        return 0.0
-    gained, ends = 0.0, end  # each acts until the next one begins
+        return 0.0, 0.0
+    speed, steering, ends = 0.0, 0.0, end  # each acts until the next one begins
     for command in reversed(queue):
         begins = max(command.begins, begin)
         if begins < ends:
-            gained += (ends - begins) * command.acceleration
+            speed += (ends - begins) * command.acceleration
+            steering += (ends - begins) * command.steering_rate
             ends = begins
-    return gained / (end - begin)
+    return speed / (end - begin), steering / (end - begin)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from estimation.actuators import DRIVE, STEERING, commanded, compare_models, with_measurement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
-from rti_mpcc.model.delay import still_acting
+from rti_mpcc.model.delay import mean_rates, still_acting
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, VehicleEstimate
@@ -18,18 +18,19 @@ _log = logging.getLogger(__name__)
 
 def correct_actuators(
     s: ControllerState, monitor: StateMonitor, now: float, config: ControllerConfig
-) -> tuple[ControllerState, str]:
-    """The state with the actuators as this cycle's measurement shows them, and a remark on what is corrected.
+) -> tuple[ControllerState, StateMonitor, str]:
+    """State and monitor with the actuators as this cycle's measurement shows them, and a remark on what is
+    corrected.
 
     `s`: of the last cycle; `monitor`: with this measurement, at `now` [s].
     """
     if not config.disturbance.enabled or monitor.measured is None:
-        return s, ""
+        return s, monitor, ""
     vehicle, present = s.vehicle, s.vehicle.actuators
     drive, steering = vehicle.records
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
-        return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), ""
+        return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), monitor, ""
     out = going_out(s.sent, present, config.cycle)
     speed, delta = float(monitor.measured[V]), float(monitor.measured[DELTA])
     drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
@@ -43,12 +44,15 @@ def correct_actuators(
     found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
     after = replace(s, vehicle=replace(vehicle, records=(drive, steering)))
     if found == present:
-        return after, ""
-    return _corrected(after, found, config), "; ".join(_remarks(vehicle, after.vehicle, found))
+        return after, monitor, ""
+    remarks = "; ".join(_remarks(vehicle, after.vehicle, found))
+    return *_corrected(after, monitor, found, config), remarks
 
 
-def _corrected(s: ControllerState, found: Actuators, config: ControllerConfig) -> ControllerState:
-    """With other actuators: what is under way acts as they answer it."""
+def _corrected(
+    s: ControllerState, monitor: StateMonitor, found: Actuators, config: ControllerConfig
+) -> tuple[ControllerState, StateMonitor]:
+    """With other actuators: what is under way, and what was compared with the sensors, acts as they answer."""
     present, disturbance, (drive, _) = s.vehicle.actuators, s.vehicle.disturbance, s.vehicle.records
     sent, offsets = s.sent, s.vehicle.offsets
     if found.drive != present.drive:
@@ -57,9 +61,10 @@ def _corrected(s: ControllerState, found: Actuators, config: ControllerConfig) -
         if drive.corrected == found.drive:
             offsets = None  # what seemed to act beside the commands was the lag
     sent = answered_by(sent, present, found, config.cycle)
-    queue = still_acting([each.queued(found, config.cycle) for each in sent], s.now)
+    acted = [each.queued(found, config.cycle) for each in sent]
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets)
-    return replace(s, vehicle=vehicle, sent=sent, queue=queue)
+    s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.now))
+    return s, monitor.commanded_anew(lambda begin, end: mean_rates(acted, begin, end))
 
 
 def _remarks(before: VehicleEstimate, after: VehicleEstimate, found: Actuators) -> list[str]:

@@ -12,6 +12,7 @@ vehicle has moved as its sensors say.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 
@@ -23,7 +24,7 @@ from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
+from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, THETA, V, X, Y
 from rti_mpcc.types import Array, VehicleState
@@ -94,6 +95,13 @@ class StateMonitor:
         heeded[V] = np.nan
         return heeded
 
+    def commanded_anew(self, rates: Callable[[float, float], tuple[float, float]]) -> StateMonitor:
+        """With commands that turn out to act at other times, see `Odometers.commanded_anew`."""
+        if self.sensors.track is None:
+            return self
+        track = self.sensors.track.commanded_anew(rates)
+        return replace(self, sensors=replace(self.sensors, track=track))
+
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
         if not problem or self.why:
@@ -124,7 +132,7 @@ def validate_measurement(
     same = not problem and read.tolist() == last.given.tolist()
     alike = not (problem or _unfit(last.given, config))
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    gained, sensors = seconds * mean_acceleration(queue, last.at, now), last.sensors
+    gained, sensors = seconds * mean_rates(queue, last.at, now)[0], last.sensors
     if alike:
         asked = Asked(gained, float(follows[DELTA] - last.measured[DELTA]), float(last.state[DELTA]))
         sensors = _sensed(last, read, now, asked, config)

@@ -14,7 +14,7 @@ from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
-from rti_mpcc.model.delay import mean_acceleration
+from rti_mpcc.model.delay import mean_rates
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
@@ -160,7 +160,7 @@ def _acted(s: ControllerState, begin: float, end: float) -> float:
     """Mean of the acceleration that the commands made [m/s²], with a lag that is suspected."""
     drive = s.vehicle.records[0]
     suspected = None if drive.suspected is None else mean_rate(drive, drive.suspected, begin, end)
-    return mean_acceleration(s.queue, begin, end) if suspected is None else suspected
+    return mean_rates(s.queue, begin, end)[0] if suspected is None else suspected
 
 
 def _moves_as_measured(monitor: StateMonitor) -> bool:

@@ -15,7 +15,7 @@ from math import cos, inf, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, mean_acceleration
+from rti_mpcc.model.delay import QueuedCommand, mean_rates
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning.plausibility import StateMonitor
@@ -90,7 +90,7 @@ class AxisMotion:
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
-        commanded = mean_acceleration(queue, last.at, now)
+        commanded = mean_rates(queue, last.at, now)[0]
         gained = commanded * seconds
         moment = AxisReading(
             now,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.model.bicycle import rates
-from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward, still_acting
+from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward, still_acting
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.types import Array
@@ -101,7 +101,7 @@ def test_the_stop_is_of_the_measured_steering() -> None:
 
 def test_the_mean_of_what_was_asked_for() -> None:
     asked = sum(_share(k, 0.18) * c.acceleration for k, c in enumerate(QUEUE)) / 0.18
-    assert mean_acceleration(QUEUE, 0.0, 0.18) == pytest.approx(asked)
-    assert mean_acceleration(QUEUE, 0.06, 0.08) == pytest.approx(QUEUE[1].acceleration)
-    assert mean_acceleration((), 0.0, 0.1) == 0.0
-    assert mean_acceleration(QUEUE, 0.1, 0.1) == 0.0
+    assert mean_rates(QUEUE, 0.0, 0.18)[0] == pytest.approx(asked)
+    assert mean_rates(QUEUE, 0.06, 0.08)[0] == pytest.approx(QUEUE[1].acceleration)
+    assert mean_rates((), 0.0, 0.1) == (0.0, 0.0)
+    assert mean_rates(QUEUE, 0.1, 0.1)[0] == 0.0
