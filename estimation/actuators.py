@@ -9,14 +9,14 @@ Each predicts how the measured quantity m, speed or steering, changes:
 
 c0 is where it starts, c1 a slope or whatever else acts, c3 its change, c2 what the actuator answers too
 strongly: those are no lag. The model of least residual explains the drive best. It replaces the present one
-only if the evidence against all models near that one is strong, and if it explains what they leave: noise, a
-slope or a model that is right change nothing.
+only if the actuator is seen to answer, if the evidence against all models near the present one is strong, and
+if it explains what they leave: noise, a slope, a frozen sensor or a model that is right change nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import log, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -50,7 +50,8 @@ ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 4.0  # in place of `EVIDENCE`, once a model was corrected
 NEAR = 0.055
-"""Models that differ by less in dead time and lag [s] are near: nothing in the loop depends on that."""
+"""Models that differ by less in dead time, in lag and in both together [s] are near: nothing in the loop
+depends on that."""
 EVIDENCE = 20.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
 UNKNOWN = 0.8
@@ -191,18 +192,20 @@ def compare_models(
     if moved < STILL * scale.least:
         return record, None
     noise, floor = _noise(record.measured), (0.3 * scale.least) ** 2
-    residuals = _residuals(record, at, noise + floor, scale)
+    residuals, unanswered = _residuals(record, at, noise + floor, scale)
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
     against = record.evidence + fresh
-    near = _near(DEAD_TIMES, present[0])[:, None] & _near(LAGS, present[1])
+    near = _near(present)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
     evidence = float(against[kept] - against[best])
     now, then = float(residuals[kept]), float(residuals[best])
     model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
     sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
+    answers = len(record.stamps) * log((unanswered[best[0]] + floor) / (then + floor)) > EVIDENCE
     explains = (
-        (now - then > scale.least**2 or record.corrected is not None)
+        answers
+        and (now - then > (0.5 * scale.least) ** 2 or record.corrected is not None)
         and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
         and best[2] < len(LAGS) - 1
@@ -241,10 +244,12 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
     return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
-def _near(grid: Array, value: float) -> NDArray[np.bool_]:
-    """Which values of a grid [s] are near this one."""
-    off = np.abs(grid - value)
-    return np.asarray(off <= max(NEAR, float(off.min())))
+def _near(model: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which models of the bank (dead times, lags) are near this one."""
+    dead_time, lag = np.abs(DEAD_TIMES - model[0]), np.abs(LAGS - model[1])
+    total = np.abs(DEAD_TIMES[:, None] + LAGS - sum(model))
+    each = (dead_time <= max(NEAR, dead_time.min()))[:, None] & (lag <= max(NEAR, lag.min()))
+    return np.asarray(each & (total <= max(NEAR, total[each].min())))
 
 
 def _noise(measured: Array) -> float:
@@ -258,8 +263,9 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> Array:
-    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors."""
+def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> tuple[Array, Array]:
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
+    of what it leaves without Y, where nothing answers."""
     output, _ = _advanced(record, at)
     m, t = record.measured, record.stamps - record.stamps.mean()
     courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
@@ -284,7 +290,7 @@ def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale)
     my = ym - left_y @ along_m
     yy = yy - (left_y * along_y).sum(axis=3)
     residuals = mm - 2.0 * my + yy - (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
-    return np.asarray((residuals / len(t)).swapaxes(1, 2))
+    return np.asarray((residuals / len(t)).swapaxes(1, 2)), mm[:, 0, 0] / len(t)
 
 
 @kernel

@@ -198,7 +198,7 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) ->
         return _stop(s, context, w, verdict)
     motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
     control, hold = holding.control(hold, s, context, w.config)
-    return Driven(replace(s, task=replace(s.task, hold=hold)), ControlDecision(control, verdict, motion))
+    return Driven(holding.balanced(s, hold, w.config), ControlDecision(control, verdict, motion))
 
 
 def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:

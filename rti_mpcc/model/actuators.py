@@ -131,10 +131,11 @@ def answered_by(
     old, new = waits(before, cycle), waits(actuators, cycle)
     later = actuators.dead_time - before.dead_time
     found: list[Actuation] = []
-    for place, each in enumerate(sent):
-        drive = _shifted(sent, place + new[0] - old[0])
-        wheels = _shifted(sent, place + new[1] - old[1])
-        begins = each.begins + later
+    ahead = tuple(now - then for now, then in zip(new, old, strict=True))
+    for place in range(min(-max(ahead), 0), len(sent)):
+        drive, wheels = (_shifted(sent, place + cycles) for cycles in ahead)
+        each = sent[max(place, 0)]
+        begins = each.begins + later + min(place, 0) * cycle
         acting = found[-1].acting(begins, actuators) if found else each.before
         found.append(
             Actuation(

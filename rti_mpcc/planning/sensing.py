@@ -139,6 +139,8 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
     before = s.vehicle.offsets or first_estimate(config.disturbance)
     if monitor.found or (monitor.why and not _moves_as_measured(monitor)):
         return unseated(before)
+    if s.task.hold is not None:
+        return s.vehicle.offsets  # (H1) balances what acts
     state, now = monitor.measured, monitor.at
     if before.at is not None and now - before.at > config.longest_cycle:
         before = unseated(before)  # a watchdog may have driven

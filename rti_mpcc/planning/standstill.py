@@ -9,6 +9,7 @@ come to rest within a third of the tolerance. Whether it stays there: `safety.ho
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, inf, sin, sqrt
 
@@ -19,6 +20,7 @@ from rti_mpcc.model.delay import QueuedCommand, mean_rates
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.types import Array
 
 STANDSTILL_SPEED = 0.02
 """A slower vehicle stands [m/s]: it moves by a millimetre in a cycle."""
@@ -31,6 +33,7 @@ FEWEST = 4  # moments that tell a speed
 NOISE = 3.0  # standard deviations that noise explains
 PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
 LEAST_MOMENTS = 6  # for an acceleration by poses
+LEAST_NOISE = 1e-4  # [m], [m/s], standard deviation of poses and speeds without noise
 LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
 
 
@@ -170,14 +173,20 @@ class AxisMotion:
     def beside(self, config: ControllerConfig) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
-        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
+        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known. A lag of
+        the drive that is not known is no such acceleration.
         """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
-        by_poses = _curvature([(m.at, m.driven - m.planned) for m in self.moments], self.noise[0])
+        t = np.array([m.at - self.moments[-1].at for m in self.moments])
+        driven, planned, speeds, gained = np.array(
+            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
+        ).T
+        one, rates = np.ones(len(t)), np.gradient(gained, t)
+        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0])
         if self.unseen(config) != 0.0:
             return by_poses
-        by_speeds = _slope([(m.at, m.speed - m.gained) for m in self.moments], self.noise[1])
+        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1])
         return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property
@@ -239,10 +248,16 @@ def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, floa
     return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
 
 
-def _curvature(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
-    """Second derivative of the parabola through points (t, value), and its standard deviation."""
-    t, y = np.array(points).T
-    t = t - t.mean()
-    shape = t**2 - (t**2).mean() - t * float((t**3).sum() / (t**2).sum())
-    square = float((shape**2).sum())
-    return 2.0 * float(shape @ y) / square, 2.0 * noise / sqrt(square)
+def _coefficient(
+    wanted: Array, others: Sequence[Array], by_lag: Array, values: Array, noise: float
+) -> tuple[float, float]:
+    """How much of a course is in `values`, beside `others`, and its standard deviation.
+
+    A drive that lags by up to `UNKNOWN_LAG` takes that time of `by_lag` from them.
+    """
+    columns = np.stack((wanted, *others, by_lag)) / max(noise, LEAST_NOISE)
+    precision = columns @ columns.T
+    precision[-1, -1] += UNKNOWN_LAG**-2.0
+    covariance = np.linalg.inv(precision)
+    found = covariance @ columns @ (values / max(noise, LEAST_NOISE))
+    return float(found[0]), sqrt(float(covariance[0, 0]))

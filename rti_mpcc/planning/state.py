@@ -80,7 +80,8 @@ class Hold:
 
     Attributes:
         anchor: pose of the rear axle where it is held; since: from when on [s].
-        integral: acceleration [m/s²] that is commanded to stay there; balanced: when it was found last [s].
+        integral: acceleration [m/s²] that is commanded to stay there; balanced: when it was found last [s];
+            corrected_by: by how much it differed at first from the estimated disturbance [m/s²].
         docked: pose in the target's frame when it was found to stay there; None: not yet.
     """
 
@@ -88,6 +89,7 @@ class Hold:
     since: float
     integral: float
     balanced: float
+    corrected_by: float = 0.0
     docked: Pose2 | None = None
 
 

@@ -3,9 +3,9 @@
 (H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e
 
 u is what is commanded, e [m] how far the vehicle is ahead of its anchor, v its speed, both when the command
-starts to act. i balances what acts besides: a slope, or the creep torque of a drive. It starts from the
-estimated disturbance, which is ignored from then on: if the drive lags, that estimate follows the loop's own
-motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`, and are stable up to a lag
+starts to act. i balances what acts besides: a slope, or the creep torque of a drive. It takes the place of the
+estimated disturbance for as long as the vehicle is held: if the drive lags, that estimate follows the loop's
+own motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`, and are stable up to a lag
 of more than twice that.
 """
 
@@ -46,7 +46,11 @@ def start_hold(s: ControllerState, context: PlanningContext, config: ControllerC
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
     hold = s.task.hold
     if hold is None:
-        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=_balancing(s, config))
+        integral = _balancing(s, config)
+        off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
+        hold = Hold(
+            anchor=_anchor(context), since=s.now, balanced=s.now, integral=integral, corrected_by=off
+        )
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context, config):
             hold = replace(hold, docked=context.standing_error)
@@ -56,7 +60,8 @@ def start_hold(s: ControllerState, context: PlanningContext, config: ControllerC
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
-        integral = 0.5 * (hold.integral + _balancing(s, config))
+        beside, std = s.vehicle.motion.beside(config)
+        integral = 0.5 * (hold.integral - beside) if std <= KNOWN_ACCELERATION else hold.integral
         hold = replace(hold, integral=integral, balanced=s.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
@@ -71,7 +76,7 @@ def _stays_at_once(
     if s.now - hold.since > standstill.SLIP_TIME or surprise > most:
         return False
     # An error of the estimated disturbance moves the vehicle by less than half of that.
-    if abs(s.vehicle.disturbance.commanded(0.0) - hold.integral) > 0.5 * K_P * most:
+    if hold.corrected_by > 0.5 * K_P * most:
         return False
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.begin - context.now + UNKNOWN_LAG)
@@ -151,6 +156,14 @@ def _balancing(s: ControllerState, config: ControllerConfig) -> float:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
     return lately - disturbance.acting(lately)
+
+
+def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> ControllerState:
+    """Held: what acts besides is what the hold balances."""
+    known = s.vehicle.disturbance
+    if config.disturbance.enabled:
+        known = known._replace(acceleration=-known.gain * hold.integral)
+    return replace(s, task=replace(s.task, hold=hold), vehicle=replace(s.vehicle, disturbance=known))
 
 
 def too_fast(s: ControllerState, context: PlanningContext) -> bool:

@@ -52,7 +52,20 @@ def sent(
         steering=_within(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
     queue = queued(s.queue, actuation.queued(actuators, cycle), s.now)
-    return replace(s, queue=queue, sent=(*s.sent[-round(KEPT / cycle) :], actuation))
+    earlier = s.sent[-round(KEPT / cycle) :] or (_nothing_yet(actuation, speed, angle, cycle),)
+    return replace(s, queue=queue, sent=(*earlier, actuation))
+
+
+def _nothing_yet(first: Actuation, speed: float, steering: float, cycle: float) -> Actuation:
+    """What the vehicle is sent before the first command: an actuator that waits is sent it for a while."""
+    return replace(
+        first,
+        begins=first.begins - cycle,
+        acceleration=0.0,
+        steering_rate=0.0,
+        speed=speed,
+        steering=steering,
+    )
 
 
 def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> tuple[float, float]:
