@@ -46,7 +46,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig()
-SECONDS = {"path": 60.0, "bay": 75.0, "mission": 90.0}
+SECONDS = {"path": 60.0, "bay": 75.0, "mission": 120.0}
 """Length of a ride [s], longer than a healthy one takes."""
 AFTER_DOCKED = 10.0
 """How long a ride goes on for after it has docked [s]."""

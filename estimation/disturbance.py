@@ -14,7 +14,8 @@ not mistaken for d and o. Who counts on d has to count on g: at rest on a slope 
 known.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
-nothing about d: for `_HELD_TIME` nothing is learnt from that. Nor does one whose speed changes by more than
+nothing about d: for `_HELD_TIME` nothing is learnt from that, nor from the step in which its speed leaves
+zero, as at the end of a sensor's dead band. Nor does one whose speed changes by more than
 (O1) and any slope explain: somebody else brakes it.
 """
 
@@ -164,6 +165,8 @@ def updated(
     steering = 0.5 * (last.delta + motion.delta)
     _predict(mean, covariance, steering, seconds, acceleration, wheelbase)
     held = _is_held(mean, motion, acceleration)
+    if estimate.held_since is not None and not held:
+        return _seated(estimate, motion, now, config)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
     if since is not None and now - since < _HELD_TIME:
         # With the speed as it is measured, whatever the offsets would make of it.
