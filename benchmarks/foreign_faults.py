@@ -46,7 +46,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig()
-SECONDS = {"path": 60.0, "bay": 75.0, "mission": 120.0}
+SECONDS = {"path": 90.0, "bay": 75.0, "mission": 120.0}
 """Length of a ride [s], longer than a healthy one takes."""
 AFTER_DOCKED = 10.0
 """How long a ride goes on for after it has docked [s]."""
@@ -74,7 +74,7 @@ class Case:
     clock: Callable[[float], float] = lambda now: now
 
 
-NAMED_WITHIN = 1.0
+NAMED_WITHIN = 0.5
 """Farthest that a vehicle drives with a visible fault before it is named [m]; see VISIBLE."""
 SPEED, POSE, STEERING = ("speed sensor",), ("pose",), ("steering",)
 CASES: Final[Mapping[str, Case]] = {

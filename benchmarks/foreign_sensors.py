@@ -22,7 +22,9 @@ NOISE = (0.01, 0.01, 0.002, 0.01, 0.002)
 
 NAMES = ("x", "y", "phi", "v", "delta")
 VISIBLE = (0.05, 0.05, 0.02, 0.03, 0.04)
-"""A measurement farther off than this shows its fault."""
+"""A measurement farther off than this shows its fault. Of a pose only what has changed within `SEEN_OVER`
+counts: an offset that stays as it is cannot be seen."""
+SEEN_OVER = 40  # cycles
 
 
 @dataclass(slots=True)
@@ -39,6 +41,7 @@ class Faulty:
     row: Array | None = None
     last: VehicleState | None = None
     wrong: list[bool] = field(default_factory=list)
+    off: list[Array] = field(default_factory=list)
 
     def __call__(self, history: Array, rng: np.random.Generator) -> VehicleState:
         """As a `benchmarks.foreign.Sensor`."""
@@ -47,8 +50,10 @@ class Faulty:
             self.row = history[-1] if self.row is None else self.row
             measured = self.fault(measured, history, self.row)
         true = state_of(history[-1])
-        off = (getattr(measured, name) - getattr(true, name) for name in NAMES)
-        self.wrong.append(any(abs(each) > least for each, least in zip(off, VISIBLE, strict=True)))
+        self.off.append(np.array([getattr(measured, name) - getattr(true, name) for name in NAMES]))
+        off = self.off[-1].copy()
+        off[:3] -= self.off[-SEEN_OVER:][0][:3]
+        self.wrong.append(bool((np.abs(off) > VISIBLE).any()))
         if self.noise is None:
             return measured
         if self.fault is frozen and self.row is not None and self.last is not None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, inf, sin, sqrt, tan
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ from estimation.steering import (
     observe_steering,
     steering_words,
     unfollowed_angle,
+    unmoved,
 )
 from estimation.types import Array
 
@@ -50,12 +52,13 @@ _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
 _LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
 _SHORT = 0.15  # [s], a window in which a pose that has stopped soon stands
-_POINT_TURN = 0.05  # [rad]; the pose has to turn by so much to show of which point it is
+_POINT_TURN = 0.02  # [rad]; the pose has to turn by so much to show of which point it is
 _POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
 _POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
 _PROOF = 1.0
 """A sensor that was left out is used again after it has agreed over this distance [m], the next time over
 twice as much."""
+_TELLING = 0.05  # [rad]; straight on, a steering sensor proves nothing
 _UNFOLLOWED, _UNFOLLOWED_SHARE = 0.15, 0.5
 """A speed that alone is left follows its commands to this [m/s], and share of their change."""
 
@@ -89,7 +92,7 @@ class Sensors:
         elsewhere: it is the pose of another point of the vehicle, and stays so.
         late: delay of the pose [s]; seen_late: one that would explain the pose [s], since late_since [s].
         angle: the steering while its sensor is left out [rad].
-        unsteered: why the steering itself is at fault, or "".
+        unsteered: why the steering itself is at fault, or ""; unmoved: what is said of it before that is known.
         leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
         consistent: pose and speed agree.
         moved: distance driven by sensors that were believed [m], since they were tried anew.
@@ -105,6 +108,7 @@ class Sensors:
     late_since: float = 0.0
     angle: float = 0.0
     unsteered: str = ""
+    unmoved: str = ""
     leap: float = 0.0
     consistent: bool = True
     moved: float = 0.0
@@ -115,7 +119,8 @@ class Sensors:
         late = f"the pose is {self.late:.2f} s late: it is driven on by that" if self.late else ""
         leap = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
         leapt = leap if self.leap and not self.speed.problem else ""
-        return tuple(filter(None, (self.speed.problem, leapt, self.steering.problem, late)))
+        steering = self.steering.problem or self.unmoved
+        return tuple(filter(None, (self.speed.problem, leapt, steering, late)))
 
     def usable(self, measured: Array, wheelbase: float) -> Array:
         """The measurement (6,) without the sensors that are left out."""
@@ -123,10 +128,9 @@ class Sensors:
             return measured
         usable = measured.copy()
         if self.speed.problem:
-            # Where nobody tells the speed: what the commands have made of the last one that was believed, or
-            # the motion that a pose in doubt shows all the same.
             by_commands, by_pose = self.track.last.explained, self.track.v
-            usable[3] = max(by_commands, by_pose, key=abs) if self.pose else by_pose
+            # Where nobody is believed alone, one of the three may be wrong.
+            usable[3] = median((by_commands, by_pose, float(measured[3]))) if self.pose else by_pose
         elif self.leap:
             usable[3] = self.track.last.explained
         if self.steering.problem:
@@ -307,6 +311,10 @@ def _steering(
         angle = then.steering + now.steered - then.steered
     if problem or out:
         angle = observe_steering(track, angle, noise, body)
-    judged = known.steering.judged(known.steering.problem if problem and out else problem, way)
+    proof = way if abs(angle) > _TELLING else 0.0
+    judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
     moved = 0.0 if unsteered else known.moved + way
-    return replace(known, steering=judged, angle=angle, unsteered=unsteered, moved=moved)
+    still = "" if unsteered else unmoved(track, noise)
+    return replace(
+        known, steering=judged, angle=angle, unsteered=unsteered, unmoved=still, moved=moved
+    )

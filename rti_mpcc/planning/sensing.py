@@ -27,7 +27,7 @@ from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
 MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
-OFFSET_TOLD, OFFSET_STD = 0.04, 0.01  # [rad]; an offset of the steering that is told, known as well as this
+OFFSET_TOLD = 0.025  # [rad]; an offset of the steering that is told, if it is larger by its standard deviation
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -151,10 +151,9 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
 
 def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
     """What is said of sensors that the estimate does without, or corrects."""
-    offset = 0.0 if known is None or known.stds[1] > OFFSET_STD else known.steering
-    beside = (
-        f"steering sensor is {-offset:+.2f} rad off: it is corrected" if abs(offset) > OFFSET_TOLD else ""
-    )
+    offset, std = (0.0, 0.0) if known is None else (known.steering, known.stds[1])
+    told = abs(offset) - std > OFFSET_TOLD
+    beside = f"steering sensor is {-offset:+.2f} rad off: it is corrected" if told else ""
     return (*monitor.sensors.remarks, beside)
 
 
