@@ -5,7 +5,7 @@ With the heading phi_m half way between two poses, h the time in between, a what
 (W1)  along += dx cos(phi_m) + dy sin(phi_m),   aside += dy cos(phi_m) - dx sin(phi_m)
 (W2)  told += h (v + v_last) / 2
 (W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
-(W4)  z+ = z + h v + h² a / 2,   v+ = v + h a;   along is measured
+(W4)  z+ = z + h v + h² (a + d) / 2,   v+ = v + h (a + d);   along is measured, d is what acts besides
 
 A difference of two moments says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of
 the pose.
@@ -61,12 +61,13 @@ class Noise(NamedTuple):
 class Asked(NamedTuple):
     """What the commands change from one measurement to the next: speed [m/s], steering [rad].
 
-    `believed`: the steering at the first of the two [rad].
+    `believed`: the steering at the first of the two [rad]; `acting`: the speed with what acts besides [m/s].
     """
 
     speed: float
     steering: float
     believed: float
+    acting: float
 
 
 class OdometerReading(NamedTuple):
@@ -238,7 +239,7 @@ def moved_on(
         leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
     )
     kept = (*track.recent(at - LENGTH)[:-1], last)
-    z, speed, p = _filtered(track, now.along, h, asked.speed, max(noise.along, _LEAST_NOISE) ** 2)
+    z, speed, p = _filtered(track, now.along, h, asked.acting, max(noise.along, _LEAST_NOISE) ** 2)
     if abs(v - speed) <= _ALIKE + sqrt(p[2]):
         now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)
     off = step - driven
@@ -291,13 +292,13 @@ def _step(
 
 
 def _filtered(
-    track: Odometers, along: float, h: float, asked: float, r: float
+    track: Odometers, along: float, h: float, gained: float, r: float
 ) -> tuple[float, float, tuple[float, float, float]]:
     """(W4) corrected by `along`."""
     zz, zv, vv = track.p
-    q = _ACCELERATION + _ACCELERATION_SHARE * (asked / h) ** 2
+    q = _ACCELERATION + _ACCELERATION_SHARE * (gained / h) ** 2
     zz, zv, vv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0, vv + q * h
-    z, v = track.z + h * (track.v + 0.5 * asked), track.v + asked
+    z, v = track.z + h * (track.v + 0.5 * gained), track.v + gained
     off, share = along - z, 1.0 / (zz + r)
     z, v = z + zz * share * off, v + zv * share * off
     return z, v, (zz * r * share, zv * r * share, vv - zv * zv * share)

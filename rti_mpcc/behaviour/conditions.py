@@ -140,8 +140,12 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
-    """Since when the vehicle stands [s], or None."""
-    speeds = (context.measured_speed, float(context.state[V]))
+    """Since when the vehicle stands [s], or None; by its poses, too, where its speed has just changed otherwise
+    than expected, as in the dead band of its sensor."""
+    speeds: tuple[float, ...] = (context.measured_speed, float(context.state[V]))
+    motion = s.vehicle.motion
+    if s.vehicle.standing_since is None and motion.unexplained() > standstill.moving_speed(config):
+        speeds = (*speeds, motion.speed_beyond_noise(standstill.FEWEST * config.cycle))
     docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
     least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
     return standstill.update_standing(s.vehicle.standing_since, speeds, context.now, least)

@@ -132,9 +132,12 @@ def validate_measurement(
     same = not problem and read.tolist() == last.given.tolist()
     alike = not (problem or _unfit(last.given, config))
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    gained, sensors = seconds * mean_rates(queue, last.at, now)[0], last.sensors
+    commanded, sensors = mean_rates(queue, last.at, now)[0], last.sensors
+    gained = seconds * commanded
     if alike:
-        asked = Asked(gained, float(follows[DELTA] - last.measured[DELTA]), float(last.state[DELTA]))
+        steered = float(follows[DELTA] - last.measured[DELTA])
+        acting = seconds * disturbance.acting(commanded)
+        asked = Asked(gained, steered, float(last.state[DELTA]), acting)
         sensors = _sensed(last, read, now, asked, config)
     elif not problem:
         sensors = sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))

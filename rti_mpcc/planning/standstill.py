@@ -140,6 +140,11 @@ class AxisMotion:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
         return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise[0])
 
+    def speed_beyond_noise(self, seconds: float) -> float:
+        """The same [m/s], less what noise explains."""
+        speed, std = self.pose_speed(seconds)
+        return max(abs(speed) - NOISE * std, 0.0)
+
     def spread(self, seconds: float = WINDOW) -> float:
         """How far the poses of the last `seconds` are apart [m]."""
         driven = [m.driven for m in self._last(seconds)]
@@ -220,11 +225,11 @@ def moving_speed(config: ControllerConfig) -> float:
 
 
 def update_standing(
-    since: float | None, speeds: tuple[float, float], now: float, least: float
+    since: float | None, speeds: tuple[float, ...], now: float, least: float
 ) -> float | None:
     """Since when the vehicle stands [s], or None.
 
-    `since`: of the last cycle; `speeds`: now, and when a command of now starts to act [m/s].
+    `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].
     """
     if max(map(abs, speeds)) > (least if since is None else MOVING_FACTOR * least):
         return None

@@ -27,7 +27,7 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
     delta = 0.3
     track = Odometers.start(0.0, arc(0, speed, delta), speed, delta)
     for k in range(1, 21):
-        track = moved_on(track, k * H, arc(k, speed, delta), Asked(0.0, 0.0, delta), EXACT, WHEELBASE)
+        track = moved_on(track, k * H, arc(k, speed, delta), Asked(0.0, 0.0, delta, 0.0), EXACT, WHEELBASE)
     last, way = track.last, speed * H * 20
     assert last.along == pytest.approx(way, rel=1e-4)
     assert last.told == pytest.approx(way)
@@ -40,7 +40,7 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
 def test_a_distance_is_told_at_any_time_in_between() -> None:
     track = Odometers.start(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
     for k in range(1, 11):
-        track = moved_on(track, k * H, arc(k, 1.0, 0.1), Asked(0.0, 0.0, 0.1), EXACT, WHEELBASE)
+        track = moved_on(track, k * H, arc(k, 1.0, 0.1), Asked(0.0, 0.0, 0.1, 0.0), EXACT, WHEELBASE)
     assert track.ways_at(0.33) == pytest.approx((0.33, 0.33))
     assert track.ways_at(-1.0)[0] == 0.0
 
@@ -54,7 +54,7 @@ def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, le
         x += H * (speed + 0.5 * asked)
         speed += asked
         state = np.array((x, 0.0, 0.0, share * speed, 0.0, 0.0))
-        known = compare_sensors(known, k * H, state, Asked(asked, 0.0, 0.0), EXACT, BODY)
+        known = compare_sensors(known, k * H, state, Asked(asked, 0.0, 0.0, asked), EXACT, BODY)
     assert bool(known.speed.problem) == left_out
     assert not known.pose
     assert known.usable(state, WHEELBASE)[3] == pytest.approx(speed if left_out else share * speed, abs=0.02)
