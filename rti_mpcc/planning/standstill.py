@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, inf, sin, sqrt
+from math import cos, exp, inf, sin, sqrt
 
 import numpy as np
 
@@ -26,6 +26,7 @@ STANDSTILL_SPEED = 0.02
 """A slower vehicle stands [m/s]: it moves by a millimetre in a cycle."""
 REST_SHARE = 1.0 / 3.0  # of the tolerance, that a docked vehicle moves at most
 UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
+LAG = 0.3  # [s] of a drive, or by which it lags otherwise than was found
 MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
 WINDOW = 1.0  # [s] over which motion is looked at
 SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
@@ -45,6 +46,7 @@ class AxisReading:
         driven: distance along the axis by poses [m]; speed: estimated [m/s]; measured: by the sensor [m/s].
         unexplained: the estimated speed less what commands and disturbance make of it [m/s].
         gained, planned: speed [m/s] and distance [m] by the commands alone.
+        coming: commanded, less what a drive that lags by `LAG` has made of it [m/s²].
     """
 
     at: float
@@ -54,6 +56,7 @@ class AxisReading:
     measured: float = 0.0
     gained: float = 0.0
     planned: float = 0.0
+    coming: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,11 +67,13 @@ class AxisMotion:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
         noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+        commanded: the last acceleration [m/s²].
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     noise: tuple[float, float] = (0.0, 0.0)
+    commanded: float = 0.0
 
     def noted(
         self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
@@ -103,9 +108,10 @@ class AxisMotion:
             measured=measured,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
+            coming=(last.coming + commanded - self.commanded) * exp(-seconds / LAG),
         )
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
-        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
+        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise, commanded=commanded)
 
     def unseen(self, config: ControllerConfig) -> float:
         """Speed [m/s] of a vehicle that is measured to stand, by its poses.
@@ -166,14 +172,9 @@ class AxisMotion:
         change = abs(last.unexplained - first.unexplained) - NOISE * self.noise[1]
         return max(change, 0.0) / (last.at - first.at)
 
-    def change_of_command(self) -> float:
-        """By how much the command has changed [m/s²], from the first to the second half of `WINDOW`."""
-        half = [m for m in self.moments if self.moments[-1].at - m.at >= 0.5 * WINDOW - 1e-9]
-        if not half or half[-1].at == self.moments[0].at:
-            return inf
-        first, middle, last = self.moments[0], half[-1], self.moments[-1]
-        later = (last.gained - middle.gained) / (last.at - middle.at)
-        return abs(later - (middle.gained - first.gained) / (middle.at - first.at))
+    def still_coming(self) -> float:
+        """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""
+        return self.moments[-1].coming if self.moments else inf
 
     def beside(self, config: ControllerConfig) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.

@@ -33,6 +33,7 @@ K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
 LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
+USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be docked at once
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
@@ -76,7 +77,9 @@ def _stays_at_once(
     if s.now - hold.since > standstill.SLIP_TIME or surprise > most:
         return False
     # An error of the estimated disturbance moves the vehicle by less than half of that.
-    if hold.corrected_by > 0.5 * K_P * most:
+    if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
+        return False
+    if abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:  # it does not drive as modelled: at rest, neither
         return False
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.begin - context.now + UNKNOWN_LAG)
@@ -85,14 +88,14 @@ def _stays_at_once(
 
 def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
-    changed, so that what a drive that lags by `UNKNOWN_LAG` still makes of them is little."""
+    changed, so that what a drive that lags still makes of them is little: it moves the vehicle against `K_P`."""
     motion, most = s.vehicle.motion, 0.5 * standstill.rest_distance(context.tolerance, config)
     if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
     noise = standstill.NOISE * motion.noise[0]
     slow = abs(speed) * (context.begin - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
-    steady = motion.change_of_command() * UNKNOWN_LAG <= most + noise
+    steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
     off = max(abs(context.error.x), abs(context.standing_error.x))
     return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
