@@ -92,7 +92,8 @@ class Sensors:
         elsewhere: it is the pose of another point of the vehicle, and stays so.
         late: delay of the pose [s]; seen_late: one that would explain the pose [s], since late_since [s].
         angle: the steering while its sensor is left out [rad].
-        unsteered: why the steering itself is at fault, or ""; unmoved: what is said of it before that is known.
+        unsteered: why the steering itself is at fault, or "".
+        unmoved: what is said of a steering that stays as it is, or "".
         leap: by how much the speed has leapt [m/s] where the pose does not show it yet.
         consistent: pose and speed agree.
         moved: distance driven by sensors that were believed [m], since they were tried anew.
@@ -317,6 +318,4 @@ def _steering(
     judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
     moved = 0.0 if unsteered else known.moved + way
     still = "" if unsteered else unmoved(track, noise)
-    return replace(
-        known, steering=judged, angle=angle, unsteered=unsteered, unmoved=still, moved=moved
-    )
+    return replace(known, steering=judged, angle=angle, unsteered=unsteered, unmoved=still, moved=moved)

@@ -15,8 +15,8 @@ _TURN_LEAST = 0.002  # [rad] by which a turn is off at least
 _DRIFT, _DRIFT_WAY = 0.06, 0.08
 """The angle between turns and steering sensor may change by so much [rad] in 1 s; seen over this way [m]."""
 _UNMOVED_TIME, _UNMOVED_LEAST, _UNMOVED_MOST = 0.3, 0.03, 0.002
-"""A sensor that has changed by no more than the last [rad] for at least this time [s] has stayed as it is; that
-is told where at least the second [rad] was commanded since."""
+"""A sensor that has changed by no more than the last [rad] for at least this time [s] has stayed as it is.
+That is told where at least the second [rad] was commanded since."""
 _STEERING_STOP = 0.15  # [rad] from its limit, where a steering may end
 _OBSERVED = 0.5  # [s], time constant with which turns of the pose correct the steering
 _OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
@@ -106,7 +106,9 @@ def unmoved(track: Odometers, noise: Noise) -> str:
     asked = now.steered - then.steered
     if now.at - then.at < _UNMOVED_TIME - 1e-9 or abs(asked) < _UNMOVED_LEAST + SIGMAS * noise.steering:
         return ""
-    return f"steering sensor has stayed at {now.delta:+.2f} rad where a change by {asked:+.2f} rad was commanded"
+    return (
+        f"steering sensor has stayed at {now.delta:+.2f} rad where a change by {asked:+.2f} rad was commanded"
+    )
 
 
 def unfollowed_angle(track: Odometers, noise: Noise, body: Geometry) -> float:

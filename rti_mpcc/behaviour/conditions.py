@@ -140,8 +140,10 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
-    """Since when the vehicle stands [s], or None; by its poses, too, where its speed has just changed otherwise
-    than expected, as in the dead band of its sensor."""
+    """Since when the vehicle stands [s], or None.
+
+    By its poses, too, if its speed has just changed otherwise than expected, as in a sensor's dead band.
+    """
     speeds: tuple[float, ...] = (context.measured_speed, float(context.state[V]))
     motion = s.vehicle.motion
     if s.vehicle.standing_since is None and motion.unexplained() > standstill.moving_speed(config):

@@ -30,7 +30,11 @@ def correct_actuators(
     drive, steering = vehicle.records
     if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
-        return replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))), monitor, ""
+        return (
+            replace(s, vehicle=replace(vehicle, records=(drive.restarted(), steering.restarted()))),
+            monitor,
+            "",
+        )
     out = going_out(s.sent, present, config.cycle)
     speed, delta = float(monitor.measured[V]), float(monitor.measured[DELTA])
     drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
@@ -52,7 +56,8 @@ def correct_actuators(
 def _corrected(
     s: ControllerState, monitor: StateMonitor, found: Actuators, config: ControllerConfig
 ) -> tuple[ControllerState, StateMonitor]:
-    """With other actuators: what is under way, and what was compared with the sensors, acts as they answer."""
+    """With other actuators: the commands under way, and those that the sensors were compared with, act as
+    these answer."""
     present, disturbance, (drive, _) = s.vehicle.actuators, s.vehicle.disturbance, s.vehicle.records
     sent, offsets = s.sent, s.vehicle.offsets
     if found.drive != present.drive:

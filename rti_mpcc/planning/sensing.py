@@ -27,7 +27,7 @@ from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
 MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
-OFFSET_TOLD = 0.025  # [rad]; an offset of the steering that is told, if it is larger by its standard deviation
+OFFSET_TOLD = 0.025  # [rad]; an offset of the steering that is larger by its standard deviation is told
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 

@@ -179,8 +179,8 @@ class AxisMotion:
     def beside(self, config: ControllerConfig) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
-        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known. A lag of
-        the drive that is not known is no such acceleration.
+        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
+        A lag of the drive that is not known is no such acceleration.
         """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
@@ -225,9 +225,7 @@ def moving_speed(config: ControllerConfig) -> float:
     return MOVING_FACTOR * rest_speed(config)
 
 
-def update_standing(
-    since: float | None, speeds: tuple[float, ...], now: float, least: float
-) -> float | None:
+def update_standing(since: float | None, speeds: tuple[float, ...], now: float, least: float) -> float | None:
     """Since when the vehicle stands [s], or None.
 
     `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].

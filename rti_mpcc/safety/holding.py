@@ -3,10 +3,10 @@
 (H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e
 
 u is what is commanded, e [m] how far the vehicle is ahead of its anchor, v its speed, both when the command
-starts to act. i balances what acts besides: a slope, or the creep torque of a drive. It takes the place of the
-estimated disturbance for as long as the vehicle is held: if the drive lags, that estimate follows the loop's
-own motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`, and are stable up to a lag
-of more than twice that.
+starts to act. i balances what acts besides: a slope, or the creep torque of a drive. For as long as the
+vehicle is held, i takes the place of the estimated disturbance: if the drive lags, that estimate follows the
+loop's own motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`. They are stable
+up to a lag of more than twice that.
 """
 
 from __future__ import annotations
@@ -49,9 +49,7 @@ def start_hold(s: ControllerState, context: PlanningContext, config: ControllerC
     if hold is None:
         integral = _balancing(s, config)
         off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
-        hold = Hold(
-            anchor=_anchor(context), since=s.now, balanced=s.now, integral=integral, corrected_by=off
-        )
+        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=integral, corrected_by=off)
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context, config):
             hold = replace(hold, docked=context.standing_error)
@@ -88,7 +86,7 @@ def _stays_at_once(
 
 def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
-    changed, so that what a drive that lags still makes of them is little: it moves the vehicle against `K_P`."""
+    changed: what a drive that lags still makes of them moves the vehicle against `K_P`."""
     motion, most = s.vehicle.motion, 0.5 * standstill.rest_distance(context.tolerance, config)
     if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
