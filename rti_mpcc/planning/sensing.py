@@ -27,7 +27,7 @@ from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
 MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
-OFFSET_TOLD = 0.025  # [rad]; an offset of the steering that is larger by its standard deviation is told
+OFFSET_TOLD = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -152,7 +152,7 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
 def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
     """What is said of sensors that the estimate does without, or corrects."""
     offset, std = (0.0, 0.0) if known is None else (known.steering, known.stds[1])
-    told = abs(offset) - std > OFFSET_TOLD
+    told = abs(offset) - 2.0 * std > OFFSET_TOLD
     beside = f"steering sensor is {-offset:+.2f} rad off: it is corrected" if told else ""
     return (*monitor.sensors.remarks, beside)
 
