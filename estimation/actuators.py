@@ -26,8 +26,8 @@ from estimation.types import Array
 from geometry.compiled import Array1, Array2, Out3, kernel
 
 LAGS: Final = np.array((1e-3, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
-"""Of the bank [s]. The first one stands for none; a shorter one than the next is as good as a dead time, and its
-inverse (D3) would be a jerk."""
+"""Of the bank [s]. The first one stands for none. Shorter ones than the next are as good as a dead time, and
+their inverse (D3) would be a jerk."""
 STEP: Final = 0.025
 DEAD_TIMES: Final = STEP * np.arange(21)
 """Of the bank [s], in steps of `STEP`."""
@@ -199,7 +199,7 @@ def compare_models(
     floor = (0.3 * scale.least) ** 2 + coarse
     residuals, unanswered = _residuals(record, at, noise + floor, scale)
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
-    against = record.evidence + fresh + OCCAM * (LAGS > LAGS[0])
+    against = record.evidence + fresh + OCCAM * (LAGS[0] < LAGS)
     near = _near(present)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)

@@ -77,8 +77,8 @@ def _stays_at_once(
     # An error of the estimated disturbance moves the vehicle by less than half of that.
     if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
         return False
-    if abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:  # it does not drive as modelled: at rest, neither
-        return False
+    if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
+        return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.begin - context.now + UNKNOWN_LAG)
     return motion.unseen(config) == 0.0 and abs(_ahead(hold, context)) + rolls <= most
