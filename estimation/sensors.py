@@ -246,7 +246,7 @@ def _speed_or_pose(known: Sensors, track: Odometers, noise: Noise, way: float) -
 def _blames_speed(track: Odometers, gap: _Gap) -> bool:
     """Whether the pose is right, not the speed."""
     now, then = track.last, gap.then
-    if now.v == 0.0 != then.v:
+    if now.v == 0.0 and now.told != then.told:
         return True  # the sensor has just fallen into its dead band
     if abs(gap.moved - gap.driven) <= abs(gap.told - gap.driven):
         return True
