@@ -25,13 +25,11 @@ from numpy.typing import NDArray
 from estimation.types import Array
 from geometry.compiled import Array1, Array2, Out3, kernel
 
-LAGS: Final = np.array((1e-3, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
-"""Of the bank [s]. The first one stands for none. Shorter ones than the next are as good as a dead time, and
-their inverse (D3) would be a jerk."""
-STEP: Final = 0.025
-DEAD_TIMES: Final = STEP * np.arange(21)
-"""Of the bank [s], in steps of `STEP`."""
-GRID = 0.1  # [s], so far apart may the right model and the nearest of the bank be
+LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
+"""Of the bank [s]; the first one stands for none."""
+DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
+"""Of the bank [s]."""
+GRID = 0.1  # so fine is the grid of the bank [s]
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
 GATHERING = 5.0
@@ -56,8 +54,6 @@ NEAR = 0.055
 depends on that."""
 EVIDENCE = 20.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
-OCCAM = 6.0
-"""By so much evidence a lag has to explain more than a dead time alone."""
 UNKNOWN = 0.8
 """Delay of an actuator of which nothing is known [s]."""
 KEPT = 0.9
@@ -195,11 +191,10 @@ def compare_models(
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, coarse = _noise(record.measured), _coarseness(record)
-    floor = (0.3 * scale.least) ** 2 + coarse
+    noise, floor = _noise(record.measured), (0.3 * scale.least) ** 2
     residuals, unanswered = _residuals(record, at, noise + floor, scale)
     fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
-    against = record.evidence + fresh + OCCAM * (LAGS[0] < LAGS)
+    against = record.evidence + fresh
     near = _near(present)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
@@ -211,7 +206,7 @@ def compare_models(
     explains = (
         answers
         and (now - then > (0.5 * scale.least) ** 2 or record.corrected is not None)
-        and now - noise > EXPLAINS * max(then - sure * noise - coarse, 0.0)
+        and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
         and best[2] < len(LAGS) - 1
     )
@@ -255,12 +250,6 @@ def _near(model: tuple[float, float]) -> NDArray[np.bool_]:
     total = np.abs(DEAD_TIMES[:, None] + LAGS - sum(model))
     each = (dead_time <= max(NEAR, dead_time.min()))[:, None] & (lag <= max(NEAR, lag.min()))
     return np.asarray(each & (total <= max(NEAR, total[each].min())))
-
-
-def _coarseness(record: ActuatorRecord) -> float:
-    """Mean square of what the right model leaves, as the bank is coarse."""
-    rates = np.diff(record.outputs[:, 0, 0]) / np.diff(record.sent)
-    return float(rates @ rates) / max(len(rates), 1) * STEP**2 / 12.0
 
 
 def _noise(measured: Array) -> float:

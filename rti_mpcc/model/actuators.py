@@ -27,6 +27,10 @@ MOST_LEAD = 6.0
 lead would make of each noisy plan a jerk of the actuator."""
 
 
+SHORT = 2.0
+"""A lag of so many cycles is not inverted: for a dead time taken for it, that would be a jerk."""
+
+
 class Actuator(NamedTuple):
     """Dead time [s] and time constant of the lag [s] of drive or steering."""
 
@@ -35,7 +39,7 @@ class Actuator(NamedTuple):
 
     def commanded(self, wanted: float, acting: float, seconds: float, most: float) -> float:
         """(D3): the command, `most` at most, by which `wanted` acts after `seconds`, from `acting` on."""
-        if self.lag <= 0.0:
+        if self.lag <= SHORT * seconds:
             return wanted
         lead = min(1.0 / (1.0 - exp(-seconds / self.lag)), MOST_LEAD)
         return min(max(acting + lead * (wanted - acting), -most), most)
