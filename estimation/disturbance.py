@@ -51,8 +51,8 @@ REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
 NOISE = 3.0
 """What noise may explain, in standard deviations."""
-JUMP = 5.0
-"""A heading farther off, in standard deviations, has jumped: that is no offset of the steering."""
+JUMP = 0.08
+"""A heading farther off [rad] has jumped: that is no offset of the steering. Noise of 1 deg is no jump."""
 _ACCELERATION_WALK = 0.005
 """Random walk of d [m/s²/sqrt(s)]. From rest d is found within a second, as nothing is known of it then; a
 slope that starts on the way takes some 3 s. Four times as much follows twice as fast, and then a gain that is
@@ -174,7 +174,7 @@ def updated(
         # With the speed as it is measured, whatever the offsets would make of it.
         _measured(mean, covariance, V, motion.v, config.speed_std)
     phi = lift(motion.phi, float(mean[PHI]))
-    if abs(phi - mean[PHI]) > JUMP * sqrt(covariance[PHI, PHI] + config.heading_std**2):
+    if abs(phi - mean[PHI]) > JUMP:
         return _seated(estimate, motion, now, config)
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
     return _estimate(mean, covariance, now, motion, since)
