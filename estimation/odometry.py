@@ -154,17 +154,13 @@ class Odometers:
         last, old = self.moments[0], self.moments[0]
         moments = [last]
         for each in self.moments[1:]:
-            h = each.at - old.at
-            acceleration, steering_rate = rates(old.at, each.at)
-            asked = last.asked + h * acceleration
+            h, (acceleration, steering_rate) = each.at - old.at, rates(old.at, each.at)
             led = (each.explained - old.explained) - (each.asked - old.asked)
-            explained = last.explained + h * acceleration + led
-            driven = last.driven + 0.5 * h * (last.explained + explained)
-            steered = last.steered + h * steering_rate
-            last, old = (
-                each._replace(asked=asked, explained=explained, driven=driven, steered=steered),
-                each,
+            by = _commanded(last, each.at, h * acceleration, h * steering_rate)
+            last = each._replace(
+                asked=by.asked, driven=by.driven, explained=by.explained + led, steered=by.steered
             )
+            old = each
             moments.append(last)
         return replace(self, moments=tuple(moments))
 
@@ -215,14 +211,14 @@ def moved_on(
     """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
     last, (x, y, phi, v, delta) = track.last._replace(steering=asked.believed), measured[:5].tolist()
     h = at - last.at
-    told, driven = 0.5 * h * (v + last.v), h * (last.explained + 0.5 * asked.speed)
+    by = _commanded(last, at, asked.speed, asked.steering)
+    told, driven = 0.5 * h * (v + last.v), by.driven - last.driven
     turn = wrap(phi - last.phi)
     middle = last.phi + 0.5 * turn
     c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
     step, leap = c * dx + s * dy, v - last.v - asked.speed
     step, corrected = _step(track.corrected, at, step, told, driven, noise.along)
-    now = OdometerReading(
-        at=at,
+    now = by._replace(
         x=x,
         y=y,
         phi=last.phi + turn,
@@ -231,11 +227,7 @@ def moved_on(
         along=last.along + step,
         aside=last.aside + c * dy - s * dx,
         told=last.told + told,
-        asked=last.asked + asked.speed,
-        driven=last.driven + driven,
-        explained=last.explained + asked.speed,
         turned=last.turned + step * tan(0.5 * (delta + last.delta)) / wheelbase,
-        steered=last.steered + asked.steering,
         leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
     )
     kept = (*track.recent(at - LENGTH)[:-1], last)
@@ -256,6 +248,17 @@ def moved_on(
         roughness=rough,
         off=off,
         seen=track.seen + 1,
+    )
+
+
+def _commanded(last: OdometerReading, at: float, speed: float, steering: float) -> OdometerReading:
+    """(W3): `last` with what the commands have changed until `at` [s], speed [m/s] and steering [rad]."""
+    return last._replace(
+        at=at,
+        asked=last.asked + speed,
+        driven=last.driven + (at - last.at) * (last.explained + 0.5 * speed),
+        explained=last.explained + speed,
+        steered=last.steered + steering,
     )
 
 

@@ -25,8 +25,6 @@ from rti_mpcc.model.delay import QueuedCommand
 MOST_LEAD = 6.0
 """Most by which (D3) raises a step of what shall act. It is reached at a lag of 5.5 cycles; beyond, the whole
 lead would make of each noisy plan a jerk of the actuator."""
-
-
 SHORT = 2.0
 """A lag of so many cycles is not inverted: for a dead time taken for it, that would be a jerk."""
 

@@ -46,7 +46,7 @@ class AxisReading:
         driven: distance along the axis by poses [m]; speed: estimated [m/s]; measured: by the sensor [m/s].
         unexplained: the estimated speed less what commands and disturbance make of it [m/s].
         gained, planned: speed [m/s] and distance [m] by the commands alone.
-        coming: commanded, less what a drive that lags by `LAG` has made of it [m/s²].
+        commanded: acceleration until then [m/s²]; coming: what of it a drive that lags by `LAG` has not made.
     """
 
     at: float
@@ -56,6 +56,7 @@ class AxisReading:
     measured: float = 0.0
     gained: float = 0.0
     planned: float = 0.0
+    commanded: float = 0.0
     coming: float = 0.0
 
 
@@ -67,13 +68,11 @@ class AxisMotion:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
         noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
-        commanded: the last acceleration [m/s²].
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     noise: tuple[float, float] = (0.0, 0.0)
-    commanded: float = 0.0
 
     def noted(
         self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
@@ -108,10 +107,11 @@ class AxisMotion:
             measured=measured,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
-            coming=(last.coming + commanded - self.commanded) * exp(-seconds / LAG),
+            commanded=commanded,
+            coming=(last.coming + commanded - last.commanded) * exp(-seconds / LAG),
         )
         kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
-        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise, commanded=commanded)
+        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
         """Speed [m/s] of a vehicle that is measured to stand, by its poses.
@@ -185,14 +185,14 @@ class AxisMotion:
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         t = np.array([m.at - self.moments[-1].at for m in self.moments])
-        driven, planned, speeds, gained = np.array(
-            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
+        driven, planned, speeds, gained, commanded = np.array(
+            [(m.driven, m.planned, m.speed, m.gained, m.commanded) for m in self.moments]
         ).T
-        one, rates = np.ones(len(t)), np.gradient(gained, t)
+        one = np.ones(len(t))
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0])
         if self.unseen(config) != 0.0:
             return by_poses
-        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1])
+        by_speeds = _coefficient(t, (one,), commanded, speeds - gained, self.noise[1])
         return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property

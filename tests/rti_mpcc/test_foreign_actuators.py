@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks.foreign import Car, Interface, Ride, drive
-from rti_mpcc import ActuatorModel, ControllerConfig, DockingController, VehicleState
+from benchmarks.foreign_sensors import Faulty, healthy
+from rti_mpcc import ActuatorModel, ControllerConfig, DockingController
 from rti_mpcc.simulation import load_scenario
-from tests.rti_mpcc.actuator_draws import case, driven
+from tests.rti_mpcc.actuator_draws import NOISE, case, driven, hardest
 
 COMFORT = 0.4  # [m/s²]
-NOISE = np.array((0.01, 0.01, 0.002, 0.01, 0.003))  # x, y [m], phi [rad], v [m/s], delta [rad]
 
 
 def ride(
@@ -26,26 +26,17 @@ def ride(
     goal = scenario.goal_pose(path)
     controller = DockingController(path, scenario.build_corridor(path), config)
 
-    def sensor(history: Any, rng: np.random.Generator) -> VehicleState:
-        x, y, phi, v, delta = (history[-1, 1:] + noise * NOISE * rng.standard_normal(5)).tolist()
-        return VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
-
     done = drive(
         controller.step,
         Car.of(config.vehicle, interface=interface, **car),
         path.start,
         cycle=config.cycle,
         seconds=60.0,
-        sensor=sensor,
+        sensor=Faulty(healthy, noise=tuple((noise * NOISE).tolist())),
         goal=goal,
         after_docked=5.0,
     )
     return done, done.docked_at is not None and done.inside(goal, config.goal_tolerance)
-
-
-def hardest(done: Ride) -> float:
-    """The largest true acceleration over a cycle [m/s²]."""
-    return float(np.abs(np.convolve(done.acceleration, np.full(10, 0.1), "valid")).max())
 
 
 UNKNOWN = (
