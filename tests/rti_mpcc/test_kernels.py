@@ -47,7 +47,7 @@ def driven(scenario: str, **environment: str) -> list[float]:
 def test_a_vehicle_is_driven_alike_uncompiled(scenario: str) -> None:
     uncompiled = driven(scenario, NUMBA_DISABLE_JIT="1")
     assert len(uncompiled) > 3 * SECONDS / 0.1
-    np.testing.assert_allclose(driven(scenario), uncompiled, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(driven(scenario), uncompiled, rtol=1e-6, atol=1e-6)
 
 
 @pytest.fixture
