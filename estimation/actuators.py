@@ -5,18 +5,20 @@ set-points of speed or steering that are sent with them, as nobody says which of
 Each predicts how the measured quantity m, speed or steering, changes:
 
 (A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
-(A2)  m = c0 + c1 t + c3 t² / 2 + (1 + c2) Y + noise,   least squares over the last seconds
+(A2)  m = c0 + c1 t + c B + (1 + c2) Y + noise,   least squares over the last seconds
 
-c0 is where it starts, c1 a slope or whatever else acts, c3 its change, c2 what the actuator answers too
-strongly: those are no lag. The model of least residual explains the drive best. It replaces the present one
-only if the actuator is seen to answer, if the evidence against all models near the present one is strong, and
-if it explains what they leave: noise, a slope, a frozen sensor or a model that is right change nothing.
+c0 is where it starts, c1 what else acts evenly, c2 what the actuator answers too strongly, and B the courses
+of what acts otherwise. On a drive these are a slope, by the heading phi, and a drag or a creep torque, by the
+speed: the integrals of cos(phi), sin(phi) and m. On a steering it is an even change, t² / 2. None of that is
+lag. The model of least residual explains the drive best. It replaces the present one only if the actuator is
+seen to answer, if the evidence against all models near the present one is strong, and if it explains what
+they leave: noise, a slope, a frozen sensor or a model that is right change nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import log, sqrt
+from math import floor, log, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -27,8 +29,9 @@ from geometry.compiled import Array1, Array2, Out3, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
 """Of the bank [s]; the first one stands for none."""
-DEAD_TIMES: Final = np.linspace(0.0, 0.5, 11)
-"""Of the bank [s]."""
+STEP: Final = 0.05
+DEAD_TIMES: Final = STEP * np.arange(11)
+"""Of the bank [s], from the shortest one on by which the present one is in it."""
 GRID = 0.1  # so fine is the grid of the bank [s]
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
@@ -44,11 +47,10 @@ STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in a
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
 GAIN_STD = 0.07  # prior of c2
-CHANGE_TIME = 2.0  # prior of c3: in this time [s] a slope changes by that of c1
 REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
 ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
-REFINING = 4.0  # in place of `EVIDENCE`, once a model was corrected
+REFINING = 8.0  # in place of `EVIDENCE`, once a model was corrected
 NEAR = 0.055
 """Models that differ by less in dead time, in lag and in both together [s] are near: nothing in the loop
 depends on that."""
@@ -64,23 +66,23 @@ EXPLAINS = 25.0
 lag is wrong, a slope that changes, say."""
 SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
-_COURSE_STDS: Final = np.array(((ANYWHERE, 1.0, 1.0 / CHANGE_TIME), (1.0, REJECTED, REJECTED / CHANGE_TIME)))
-"""Standard deviations of c0, c1, c3, for rates and for set-points, in those of a `Scale`."""
 
 
 class Scale(NamedTuple):
     """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
 
-    `drift`, `offset`: standard deviations of c1 [m/s²], [rad/s] and, of set-points, of c0 [m/s], [rad].
+    Standard deviations: `offset` of c0 [m/s], [rad] of set-points, `others` of c1 [m/s²], [rad/s] and of c.
+    `drives`: slope and drag act on it.
     """
 
     least: float
-    drift: float
     offset: float
+    others: tuple[float, ...]
+    drives: bool
 
 
-DRIVE: Final = Scale(0.002, 0.15, 0.01)
-STEERING: Final = Scale(0.001, 0.02, 0.03)
+DRIVE: Final = Scale(0.002, 0.01, (0.15, 0.15, 0.15, 0.1), drives=True)
+STEERING: Final = Scale(0.001, 0.03, (0.02, 0.01), drives=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,7 +93,7 @@ class ActuatorRecord:
         sent: (c,) times of the commands [s], the last one under way; outputs: (c, 2, lags) Y of (A1) then,
             without dead time, of the rates and of the set-points.
         acting: (2, lags) w then; command: (2,) the last rate and set-point.
-        stamps: (m,) of the measurements [s]; measured: (m,).
+        stamps: (m,) of the measurements [s]; measured: (m,); headings: (m,) [rad] then, of a drive.
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
         suspected: a better model, with too little evidence to change to it, or None.
@@ -109,6 +111,7 @@ class ActuatorRecord:
     command: Array = field(default_factory=lambda: np.zeros(2))
     stamps: Array = field(default_factory=lambda: np.zeros(0))
     measured: Array = field(default_factory=lambda: np.zeros(0))
+    headings: Array = field(default_factory=lambda: np.zeros(0))
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
@@ -165,9 +168,9 @@ def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
 
 
 def with_measurement(
-    record: ActuatorRecord, value: float, at: float, at_rest: bool = False
+    record: ActuatorRecord, value: float, at: float, heading: float = 0.0, at_rest: bool = False
 ) -> ActuatorRecord:
-    """With a measurement at `at` [s]."""
+    """With a measurement at `at` [s], and the heading [rad] of a drive."""
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
         return record
     first = int(record.stamps.searchsorted(at - (REST_MEMORY if at_rest else MEMORY)))
@@ -175,6 +178,7 @@ def with_measurement(
         record,
         stamps=np.concatenate((record.stamps[first:], (at,))),
         measured=np.concatenate((record.measured[first:], (value,))),
+        headings=np.concatenate((record.headings[first:], (heading,))),
     )
 
 
@@ -191,18 +195,19 @@ def compare_models(
     moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, floor = _noise(record.measured), (0.3 * scale.least) ** 2
-    residuals, unanswered = _residuals(record, at, noise + floor, scale)
-    fresh = len(record.stamps) * np.log((residuals + floor) / (residuals.min() + floor))
+    noise, least = _noise(record.measured), (0.3 * scale.least) ** 2
+    dead_times = _dead_times(present[0])
+    residuals, unanswered = _residuals(record, at, noise + least, scale, dead_times)
+    fresh = len(record.stamps) * np.log((residuals + least) / (residuals.min() + least))
     against = record.evidence + fresh
-    near = _near(present)
+    near = _near(present, dead_times)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
     evidence = float(against[kept] - against[best])
     now, then = float(residuals[kept]), float(residuals[best])
-    model = float(DEAD_TIMES[best[1]]), float(LAGS[best[2]])
+    model = float(dead_times[best[1]]), float(LAGS[best[2]])
     sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
-    answers = len(record.stamps) * log((unanswered[best[0]] + floor) / (then + floor)) > EVIDENCE
+    answers = len(record.stamps) * log((unanswered[best[0]] + least) / (then + least)) > EVIDENCE
     explains = (
         answers
         and (now - then > (0.5 * scale.least) ** 2 or record.corrected is not None)
@@ -214,7 +219,7 @@ def compare_models(
     agrees = better and record.found is not None and _alike(model, record.found)
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
-    total = DEAD_TIMES[:, None] + LAGS
+    total = dead_times[:, None] + LAGS
     later = float(total[(against - against[best]).min(axis=0) < EVIDENCE].max()) - sum(changed or present)
     record = _gathered(record, fresh, at)
     record = replace(
@@ -244,10 +249,15 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
     return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
-def _near(model: tuple[float, float]) -> NDArray[np.bool_]:
+def _dead_times(present: float) -> Array:
+    """Of the bank [s], the present one among them: what is right leaves nothing that another one explains."""
+    return DEAD_TIMES + max(present - STEP * floor(present / STEP + 1e-6), 0.0)
+
+
+def _near(model: tuple[float, float], dead_times: Array) -> NDArray[np.bool_]:
     """Which models of the bank (dead times, lags) are near this one."""
-    dead_time, lag = np.abs(DEAD_TIMES - model[0]), np.abs(LAGS - model[1])
-    total = np.abs(DEAD_TIMES[:, None] + LAGS - sum(model))
+    dead_time, lag = np.abs(dead_times - model[0]), np.abs(LAGS - model[1])
+    total = np.abs(dead_times[:, None] + LAGS - sum(model))
     each = (dead_time <= max(NEAR, dead_time.min()))[:, None] & (lag <= max(NEAR, lag.min()))
     return np.asarray(each & (total <= max(NEAR, total[each].min())))
 
@@ -263,41 +273,56 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _residuals(record: ActuatorRecord, at: float, variance: float, scale: Scale) -> tuple[Array, Array]:
+def _courses(record: ActuatorRecord, scale: Scale) -> Array:
+    """(2 + len(c), m) courses of c0, c1 and c of (A2), without their means."""
+    t = record.stamps - record.stamps.mean()
+    if not scale.drives:
+        return np.stack((np.ones(len(t)), t, 0.5 * t**2))
+    acting = np.stack((np.cos(record.headings), np.sin(record.headings), record.measured))
+    steps = 0.5 * (acting[:, 1:] + acting[:, :-1]) * np.diff(t)
+    integrals = np.concatenate((np.zeros((len(acting), 1)), steps.cumsum(axis=1)), axis=1)
+    return np.concatenate((np.ones((1, len(t))), t[None], integrals - integrals.mean(axis=1)[:, None]))
+
+
+def _residuals(
+    record: ActuatorRecord, at: float, variance: float, scale: Scale, dead_times: Array
+) -> tuple[Array, Array]:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
     of what it leaves without Y, where nothing answers."""
     output, _ = _advanced(record, at)
-    m, t = record.measured, record.stamps - record.stamps.mean()
-    courses = np.stack((np.ones(len(t)), t, 0.5 * t**2))
-    products = np.zeros((len(DEAD_TIMES), 5, 2 * len(LAGS)))
+    m, courses = record.measured, _courses(record, scale)
+    count = len(courses)
+    products = np.zeros((len(dead_times), count + 2, 2 * len(LAGS)))
     _multiply(
         np.concatenate((record.sent, (at,))),
         np.concatenate((record.outputs, output[None])).reshape(-1, 2 * len(LAGS)),
         record.stamps,
         np.concatenate((courses, m[None])),
-        DEAD_TIMES,
+        dead_times,
         products,
     )
     # (2, lags, dead times, ...), as the priors are of rates and of set-points.
-    each = products.reshape(-1, 5, 2, len(LAGS)).transpose(2, 3, 0, 1)
-    along_y, ym, yy = each[..., :3], each[..., 3], each[..., 4]
-    stds = _COURSE_STDS * (scale.offset, scale.drift, scale.drift)
-    inverse = np.linalg.inv(courses @ courses.T + variance * np.eye(3) * stds[:, None] ** -2.0)[:, None]
-    # What the courses c0, c1, c3 leave of the scalar products of m and y.
+    each = products.reshape(-1, count + 2, 2, len(LAGS)).transpose(2, 3, 0, 1)
+    along_y, ym, yy = each[..., :count], each[..., count], each[..., count + 1]
+    others = np.array(scale.others)
+    stds = np.array(((ANYWHERE * scale.offset, *others), (scale.offset, *(REJECTED * others))))
+    priors = variance * np.eye(count) * stds[:, None] ** -2.0
+    inverse = np.linalg.inv(courses @ courses.T + priors)[:, None]
+    # What the courses leave of the scalar products of m and y.
     along_m = courses @ m
     left_y = along_y @ inverse
     mm = m @ m - (inverse @ along_m @ along_m)[..., None]
     my = ym - left_y @ along_m
     yy = yy - (left_y * along_y).sum(axis=3)
     residuals = mm - 2.0 * my + yy - (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
-    return np.asarray((residuals / len(t)).swapaxes(1, 2)), mm[:, 0, 0] / len(t)
+    return np.asarray((residuals / len(m)).swapaxes(1, 2)), mm[:, 0, 0] / len(m)
 
 
 @kernel
 def _multiply(
     sent: Array1, outputs: Array2, stamps: Array1, others: Array2, dead_times: Array1, products: Out3
 ) -> None:
-    """Scalar products (dead times, 5, models) of Y of (A2) with the rows of `others` (4, m), and with itself.
+    """Scalar products (dead times, k + 1, models) of Y of (A2) with `others` (k, m), and with itself.
 
     `outputs` (c, models) are those of the times `sent` (c,), with straight lines in between.
     """

@@ -1,7 +1,7 @@
 """What acts beside the commands: a disturbance of the acceleration and an offset of the steering.
 
 A Kalman filter on v, d, g, phi, o, c. With a the mean acceleration that the commands asked for over h, vm and
-dm the means of the speed and of the measured steering, L the wheelbase:
+dm the means of the measured speed and steering, L the wheelbase:
 
 (O1)  v+   = v + h (a (1 + g) + d)
 (O2)  phi+ = phi + h vm (1 + c) tan(dm + o) / L,   linearised in o and c
@@ -74,6 +74,7 @@ parking brake takes to open."""
 _GAP = 1.0  # after so long without a measurement [s] nothing is learnt of the time in between
 DRIVES_OFF = 0.05
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
+SLOWER = 1e-3  # [m/s] by which a held vehicle is slower than predicted, at least: rounding does not decide
 
 
 class Motion(NamedTuple):
@@ -165,7 +166,8 @@ def updated(
         return _seated(estimate, motion, now, config)
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     steering = 0.5 * (last.delta + motion.delta)
-    _predict(mean, covariance, steering, seconds, acceleration, wheelbase)
+    distance = 0.5 * seconds * (last.v + motion.v)
+    _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
     held = _is_held(mean, motion, acceleration)
     if estimate.held_since is not None and not held:
         return _seated(estimate, motion, now, config)
@@ -199,18 +201,18 @@ def _measured(mean: Array, covariance: Array, quantity: int, value: float, std: 
 
 @kernel
 def _predict(
-    mean: Out1, covariance: Out2, steering: float, seconds: float, acceleration: float, wheelbase: float
+    mean: Out1, covariance: Out2, steering: float, seconds: float, acceleration: float, wheelbases: float
 ) -> None:
-    """(O1) to (O3), F P F' + Q; of no offset is less known than in the beginning."""
+    """(O1) to (O3), F P F' + Q, over a distance in wheelbases; of no offset is less known than in the
+    beginning."""
     gained = seconds * (acceleration * (1.0 + mean[G]) + mean[D])
-    distance = seconds * (mean[V] + 0.5 * gained) / wheelbase
     angle = min(max(steering + mean[O], -STEEPEST), STEEPEST)
     carried, half = np.eye(STATES), np.zeros((STATES, STATES))
     carried[V, D], carried[V, G] = seconds, seconds * acceleration
-    carried[PHI, O] = distance * (1.0 + mean[C]) / cos(angle) ** 2
-    carried[PHI, C] = distance * tan(angle)
+    carried[PHI, O] = wheelbases * (1.0 + mean[C]) / cos(angle) ** 2
+    carried[PHI, C] = wheelbases * tan(angle)
     mean[V] += gained
-    mean[PHI] += distance * (1.0 + mean[C]) * tan(angle)
+    mean[PHI] += wheelbases * (1.0 + mean[C]) * tan(angle)
     for i in range(STATES):
         for j in range(STATES):
             for k in range(STATES):
@@ -252,7 +254,7 @@ def _is_braked(
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
     """Whether the vehicle rests although it was commanded to drive off, from the predicted `mean` (6,)."""
     driven = acceleration * (1.0 + mean[G]) + mean[D]
-    away = abs(mean[V]) > abs(motion.v) and driven * mean[V] > 0.0
+    away = abs(mean[V]) > abs(motion.v) + SLOWER and driven * mean[V] > 0.0
     return bool(abs(motion.v) <= REST and abs(driven) >= DRIVES_OFF and away)
 
 

@@ -9,7 +9,7 @@ from estimation.actuators import DRIVE, STEERING, commanded, compare_models, wit
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import mean_rates, still_acting
-from rti_mpcc.model.layout import DELTA, V
+from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, VehicleEstimate
 
@@ -36,11 +36,11 @@ def correct_actuators(
             "",
         )
     out = going_out(s.sent, present, config.cycle)
-    speed, delta = float(monitor.measured[V]), float(monitor.measured[DELTA])
+    heading, speed, delta = monitor.measured[[PHI, V, DELTA]].tolist()
     drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
     steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
     drive, by_drive = compare_models(
-        with_measurement(drive, speed, now, s.is_stationary), present.drive, now, DRIVE
+        with_measurement(drive, speed, now, heading, s.is_stationary), present.drive, now, DRIVE
     )
     steering, by_steering = compare_models(
         with_measurement(steering, delta, now), present.steering, now, STEERING

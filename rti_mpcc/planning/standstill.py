@@ -185,14 +185,14 @@ class AxisMotion:
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         t = np.array([m.at - self.moments[-1].at for m in self.moments])
-        driven, planned, speeds, gained, commanded = np.array(
-            [(m.driven, m.planned, m.speed, m.gained, m.commanded) for m in self.moments]
+        driven, planned, speeds, gained = np.array(
+            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
         ).T
-        one = np.ones(len(t))
+        one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0])
         if self.unseen(config) != 0.0:
             return by_poses
-        by_speeds = _coefficient(t, (one,), commanded, speeds - gained, self.noise[1])
+        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1])
         return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property

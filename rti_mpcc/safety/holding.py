@@ -35,6 +35,7 @@ K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
 LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
 USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be docked at once
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
+STOOD_SHARE = 0.35  # of what a docked vehicle may move, that it may still move by what has not come to rest
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
 STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
@@ -87,7 +88,7 @@ def _stays_at_once(
 def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
     changed: what a drive that lags still makes of them moves the vehicle against `K_P`."""
-    motion, most = s.vehicle.motion, 0.5 * standstill.rest_distance(context.tolerance, config)
+    motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, config)
     if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
