@@ -251,7 +251,7 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
 
 def _dead_times(present: float) -> Array:
     """Of the bank [s], the present one among them: what is right leaves nothing that another one explains."""
-    return DEAD_TIMES + max(present - STEP * floor(present / STEP + 1e-6), 0.0)
+    return np.asarray(DEAD_TIMES + max(present - STEP * floor(present / STEP + 1e-6), 0.0), dtype=float)
 
 
 def _near(model: tuple[float, float], dead_times: Array) -> NDArray[np.bool_]:
