@@ -35,6 +35,7 @@ _BLENDING = 2.0  # [s] in which the speed of the commands becomes the one that p
 _FAR = 1.0  # [m/s] by which the commands are wrong at most, while pose and speed agree about a distance
 _LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
 _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
+_LED = 1e-9  # [m/s]; smaller differences are rounding
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
 
 
@@ -151,16 +152,16 @@ class Odometers:
 
         `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
         """
-        last, old = self.moments[0], self.moments[0]
+        last, agreed = self.moments[0], [False, *map(_is_led, self.moments, self.moments[1:])]
+        if True in agreed[:2]:
+            last = last._replace(explained=last.v)
         moments = [last]
-        for each in self.moments[1:]:
-            h, (acceleration, steering_rate) = each.at - old.at, rates(old.at, each.at)
-            led = (each.explained - old.explained) - (each.asked - old.asked)
+        for each, led in list(zip(self.moments, agreed, strict=True))[1:]:
+            h, (acceleration, steering_rate) = each.at - last.at, rates(last.at, each.at)
             by = _commanded(last, each.at, h * acceleration, h * steering_rate)
-            last = each._replace(
-                asked=by.asked, driven=by.driven, explained=by.explained + led, steered=by.steered
-            )
-            old = each
+            last = each._replace(asked=by.asked, driven=by.driven, explained=by.explained, steered=by.steered)
+            if led:
+                last = _agreeing(last, last.v, h, _FAR)
             moments.append(last)
         return replace(self, moments=tuple(moments))
 
@@ -260,6 +261,11 @@ def _commanded(last: OdometerReading, at: float, speed: float, steering: float) 
         explained=last.explained + speed,
         steered=last.steered + steering,
     )
+
+
+def _is_led(before: OdometerReading, now: OdometerReading) -> bool:
+    """Whether the speed of (W3) was led to the one that pose and sensor agreed on."""
+    return abs((now.explained - before.explained) - (now.asked - before.asked)) > _LED
 
 
 def agreeing(track: Odometers) -> Odometers:

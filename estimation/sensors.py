@@ -271,11 +271,11 @@ def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geome
     headings = [each.phi for each in track.moments]
     if max(headings) - min(headings) < _POINT_TURN + SIGMAS * noise.heading:
         return known
-    turned, aside = np.array(headings), np.array([each.aside for each in track.moments])
-    turned, aside = turned - turned[0], aside - aside[0]
-    turned, aside = turned - turned.mean(), aside - aside.mean()
-    ahead = float(turned @ aside) / float(turned @ turned)
-    shown, left = float(np.std(ahead * turned)), float(np.std(aside - ahead * turned))
+    courses = np.array((headings, [each.aside for each in track.moments]))
+    courses -= courses.mean(axis=1)[:, None]
+    (turns, both), (_, asides) = (courses @ courses.T / len(headings)).tolist()
+    ahead = both / turns
+    shown, left = abs(ahead) * sqrt(turns), sqrt(max(asides - ahead * both, 0.0))
     seen = abs(ahead) > _POINT_SHARE * body.wheelbase and shown > _POINT_SHOWN + SIGMAS * noise.along
     if not (seen and left < _POINT_LEFT * shown):
         return known

@@ -311,7 +311,7 @@ class DockingController:
             disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
             poses=aim.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
             heading_hint=hint,
-            motion=last.motion.noted(monitor, s.queue, last.disturbance),
+            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
         )
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from estimation.actuators import DRIVE, STEERING, commanded, compare_models, with_measurement
+from estimation.actuators import DRIVE, STEERING, Measured, Sent, compare_models, noted
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import mean_rates, still_acting
 from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.standstill import AxisMotion
 from rti_mpcc.planning.state import ControllerState, VehicleEstimate
 
 _log = logging.getLogger(__name__)
@@ -37,14 +38,13 @@ def correct_actuators(
         )
     out = going_out(s.sent, present, config.cycle)
     heading, speed, delta = monitor.measured[[PHI, V, DELTA]].tolist()
-    drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
-    steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
-    drive, by_drive = compare_models(
-        with_measurement(drive, speed, now, heading, s.is_stationary), present.drive, now, DRIVE
+    stands = s.is_stationary
+    drive = noted(
+        drive, Sent(s.now, out[0].acceleration, out[0].speed), Measured(now, speed, heading, stands)
     )
-    steering, by_steering = compare_models(
-        with_measurement(steering, delta, now), present.steering, now, STEERING
-    )
+    steering = noted(steering, Sent(s.now, out[1].steering_rate, out[1].steering), Measured(now, delta))
+    drive, by_drive = compare_models(drive, present.drive, now, DRIVE)
+    steering, by_steering = compare_models(steering, present.steering, now, STEERING)
     found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
     after = replace(s, vehicle=replace(vehicle, records=(drive, steering)))
     if found == present:
@@ -67,7 +67,8 @@ def _corrected(
             offsets = None  # what seemed to act beside the commands was the lag
     sent = answered_by(sent, present, found, config.cycle)
     acted = [each.queued(found, config.cycle) for each in sent]
-    vehicle = replace(s.vehicle, actuators=found, offsets=offsets)
+    # The motion of the last moments was told by other commands.
+    vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.now))
     return s, monitor.commanded_anew(lambda begin, end: mean_rates(acted, begin, end))
 
