@@ -96,9 +96,9 @@ def surroundings_changed(s: ControllerState, context: PlanningContext, config: C
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Braking in comfort from here, it stops inside the tolerance."""
-    stopping = context.speed <= SETTLE_TIME * config.comfort_acceleration
-    share = DUE_SHARE if arrives_now(s, context) else SETTLE_SHARE
-    share = 1.0 if overdue(s, context) else share
+    stopping, due = context.speed <= SETTLE_TIME * config.comfort_acceleration, arrives_now(s, context)
+    share = DUE_SHARE if due else SETTLE_SHARE
+    share = 1.0 if overdue(s, context) or (due and s.is_stationary) else share
     return stopping and context.inside(context.stop_error, share)
 
 
