@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from math import exp, floor, log, sqrt
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,7 +157,7 @@ def noted(record: ActuatorRecord, command: Sent, measurement: Measured) -> Actua
     return replace(record, **commands, **measurements)
 
 
-def _with_command(record: ActuatorRecord, sent: Sent) -> dict[str, Array]:
+def _with_command(record: ActuatorRecord, sent: Sent) -> dict[str, Any]:
     """What is other in the record with one more command."""
     command = np.array((sent.rate, sent.setpoint))
     if not len(record.sent):
@@ -199,7 +199,7 @@ def _lead(
                 output[1, k] = after[1, k]
 
 
-def _with_measurement(record: ActuatorRecord, measured: Measured) -> dict[str, Array]:
+def _with_measurement(record: ActuatorRecord, measured: Measured) -> dict[str, Any]:
     """What is other in the record with one more measurement."""
     at = measured.at
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
