@@ -147,12 +147,15 @@ def updated(
     acceleration: float,
     wheelbase: float,
     config: DisturbanceFilterConfig,
+    *,
+    turns: bool = True,
 ) -> DisturbanceEstimate:
     """The estimate after one more measurement, at `now` [s].
 
     Args:
         acceleration: mean of what the commands asked for since the last measurement [m/s²].
         wheelbase: L [m].
+        turns: whether the speed is measured, so that turns tell of the steering.
     """
     last = estimate.motion
     if estimate.at is None or last is None or not 0.0 <= now - estimate.at <= _GAP:
@@ -178,6 +181,8 @@ def updated(
     phi = lift(motion.phi, float(mean[PHI]))
     if abs(phi - mean[PHI]) > JUMP:
         return _seated(estimate, motion, now, config)
+    if not turns:
+        _measured(mean, covariance, PHI, phi, config.heading_std)
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
     return _estimate(mean, covariance, now, motion, since)
 

@@ -146,7 +146,8 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
         before = unseated(before)  # a watchdog may have driven
     asked = 0.0 if before.at is None else _acted(s, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
-    return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
+    turns = not monitor.sensors.speed.problem and s.vehicle.motion.unseen(config) == 0.0
+    return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance, turns=turns)
 
 
 def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
