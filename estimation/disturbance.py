@@ -172,7 +172,7 @@ def updated(
     distance = 0.5 * seconds * (last.v + motion.v)
     _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
     held = _is_held(mean, motion, acceleration)
-    if estimate.held_since is not None and not held:
+    if estimate.held_since is not None and not held and abs(motion.v - mean[V]) > REST:
         return _seated(estimate, motion, now, config)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
     if since is not None and now - since < _HELD_TIME:
