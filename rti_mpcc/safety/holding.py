@@ -78,6 +78,9 @@ def _stays_at_once(
     # An error of the estimated disturbance moves the vehicle by less than half of that.
     if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
         return False
+    beside, std = motion.beside(config)
+    if std <= KNOWN_ACCELERATION and abs(beside + hold.integral) > 0.5 * K_P * most + standstill.NOISE * std:
+        return False
     if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
