@@ -51,6 +51,7 @@ REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
 NOISE = 3.0
 """What noise may explain, in standard deviations."""
+LEAP = 0.05  # [m/s] by which a speed leaves the dead band of its sensor: noise and a late start leap by less
 JUMP = 0.08
 """A heading farther off [rad] has jumped: that is no offset of the steering. Noise of 1 deg is no jump."""
 _ACCELERATION_WALK = 0.005
@@ -172,7 +173,7 @@ def updated(
     distance = 0.5 * seconds * (last.v + motion.v)
     _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
     held = _is_held(mean, motion, acceleration)
-    if estimate.held_since is not None and not held and abs(motion.v - mean[V]) > REST:
+    if estimate.held_since is not None and not held and abs(motion.v - mean[V]) > LEAP:
         return _seated(estimate, motion, now, config)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
     if since is not None and now - since < _HELD_TIME:
