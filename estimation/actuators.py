@@ -18,14 +18,14 @@ they leave: noise, a slope, a frozen sensor or a model that is right change noth
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import exp, floor, log, sqrt
-from typing import Any, Final, NamedTuple
+from math import floor, log, sqrt
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimation.types import Array
-from geometry.compiled import Array1, Array2, Out2, Out3, kernel
+from geometry.compiled import Array1, Array2, Out3, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
 """Of the bank [s]; the first one stands for none."""
@@ -134,82 +134,50 @@ class ActuatorRecord:
         )
 
 
-class Sent(NamedTuple):
-    """A command that was sent at `at` [s]: the rate, and the set-point beside it."""
-
-    at: float
-    rate: float
-    setpoint: float
-
-
-class Measured(NamedTuple):
-    """A measurement at `at` [s]: speed or steering, and of a drive the heading [rad] and whether it rests."""
-
-    at: float
-    value: float
-    heading: float = 0.0
-    at_rest: bool = False
-
-
-def noted(record: ActuatorRecord, command: Sent, measurement: Measured) -> ActuatorRecord:
-    """With the last command, and a later measurement."""
-    commands, measurements = _with_command(record, command), _with_measurement(record, measurement)
-    return replace(record, **commands, **measurements)
-
-
-def _with_command(record: ActuatorRecord, sent: Sent) -> dict[str, Any]:
-    """What is other in the record with one more command."""
-    command = np.array((sent.rate, sent.setpoint))
+def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
+    """With a command sent at `at` [s]."""
+    command = np.array((rate, setpoint))
     if not len(record.sent):
         acting = np.repeat(command[:, None], len(LAGS), axis=1)
         outputs = acting[None] * np.array((0.0, 1.0))[:, None]
-        return {"sent": np.array((sent.at,)), "outputs": outputs, "acting": acting, "command": command}
-    if sent.at <= record.sent[-1]:  # it takes the place of the last one at once
-        return {"command": command}
-    output, acting = _advanced(record, sent.at)
-    first = int(record.sent.searchsorted(sent.at - MEMORY - 1.0))
-    return {
-        "sent": np.concatenate((record.sent[first:], (sent.at,))),
-        "outputs": np.concatenate((record.outputs[first:], output[None])),
-        "acting": acting,
-        "command": command,
-    }
+        return replace(record, sent=np.array((at,)), outputs=outputs, acting=acting, command=command)
+    if at <= record.sent[-1]:  # it takes the place of the last one at once
+        return replace(record, command=command)
+    output, acting = _advanced(record, at)
+    first = int(record.sent.searchsorted(at - MEMORY - 1.0))
+    return replace(
+        record,
+        sent=np.concatenate((record.sent[first:], (at,))),
+        outputs=np.concatenate((record.outputs[first:], output[None])),
+        acting=acting,
+        command=command,
+    )
 
 
 def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
     """(2, lags) Y and w of (A1) at `at` [s], after the last command."""
-    output, acting = np.empty((2, len(LAGS))), np.empty((2, len(LAGS)))
-    _lead(record.outputs[-1, 0], record.acting, record.command, at - record.sent[-1], LAGS, output, acting)
-    return output, acting
+    seconds = at - record.sent[-1]
+    left = np.exp(-seconds / LAGS)
+    command = record.command[:, None]
+    over = record.acting - command
+    acting = command + over * left
+    integral = record.outputs[-1, 0] + command[0] * seconds + over[0] * LAGS * (1.0 - left)
+    return np.stack((integral, acting[1])), acting
 
 
-@kernel
-def _lead(
-    integral: Array1, acting: Array2, command: Array1, seconds: float, lags: Array1, output: Out2, after: Out2
-) -> None:
-    """Equation (A1) for so many `seconds`, from the `integral` of the rates and from what is `acting`."""
-    for k in range(len(lags)):
-        left = exp(-seconds / lags[k])
-        for of in range(2):
-            over = acting[of, k] - command[of]
-            after[of, k] = command[of] + over * left
-            if of == 0:
-                output[0, k] = integral[k] + command[0] * seconds + over * lags[k] * (1.0 - left)
-            else:
-                output[1, k] = after[1, k]
-
-
-def _with_measurement(record: ActuatorRecord, measured: Measured) -> dict[str, Any]:
-    """What is other in the record with one more measurement."""
-    at = measured.at
+def with_measurement(
+    record: ActuatorRecord, value: float, at: float, heading: float = 0.0, at_rest: bool = False
+) -> ActuatorRecord:
+    """With a measurement at `at` [s], and the heading [rad] of a drive."""
     if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
-        return {}
-    first = int(record.stamps.searchsorted(at - (REST_MEMORY if measured.at_rest else MEMORY)))
-    return {
-        "stamps": np.concatenate((record.stamps[first:], (at,))),
-        "measured": np.concatenate((record.measured[first:], (measured.value,))),
-        "headings": np.concatenate((record.headings[first:], (measured.heading,))),
-    }
+        return record
+    first = int(record.stamps.searchsorted(at - (REST_MEMORY if at_rest else MEMORY)))
+    return replace(
+        record,
+        stamps=np.concatenate((record.stamps[first:], (at,))),
+        measured=np.concatenate((record.measured[first:], (value,))),
+        headings=np.concatenate((record.headings[first:], (heading,))),
+    )
 
 
 def compare_models(

@@ -152,17 +152,15 @@ class Odometers:
 
         `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
         """
-        last, agreed = self.moments[0], [False, *map(_is_led, self.moments, self.moments[1:])]
-        if True in agreed[:2]:
-            last = last._replace(explained=last.v)
-        moments = [last]
-        for each, led in list(zip(self.moments, agreed, strict=True))[1:]:
+        first, *later = self.moments
+        led = [*map(_is_led, self.moments, later)]
+        moments = [first._replace(explained=first.v) if led[:1] == [True] else first]
+        for each, agrees in zip(later, led, strict=True):
+            last = moments[-1]
             h, (acceleration, steering_rate) = each.at - last.at, rates(last.at, each.at)
             by = _commanded(last, each.at, h * acceleration, h * steering_rate)
-            last = each._replace(asked=by.asked, driven=by.driven, explained=by.explained, steered=by.steered)
-            if led:
-                last = _agreeing(last, last.v, h, _FAR)
-            moments.append(last)
+            now = each._replace(asked=by.asked, driven=by.driven, explained=by.explained, steered=by.steered)
+            moments.append(_agreeing(now, now.v, h, _FAR) if agrees else now)
         return replace(self, moments=tuple(moments))
 
     def before(self, seconds: float) -> OdometerReading:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
-from estimation.actuators import DRIVE, STEERING, Measured, Sent, compare_models, noted
+from estimation.actuators import DRIVE, STEERING, commanded, compare_models, with_measurement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
 from rti_mpcc.model.delay import mean_rates, still_acting
@@ -38,13 +38,14 @@ def correct_actuators(
         )
     out = going_out(s.sent, present, config.cycle)
     heading, speed, delta = monitor.measured[[PHI, V, DELTA]].tolist()
-    stands = s.is_stationary
-    drive = noted(
-        drive, Sent(s.now, out[0].acceleration, out[0].speed), Measured(now, speed, heading, stands)
+    drive = commanded(drive, out[0].acceleration, out[0].speed, s.now)
+    steering = commanded(steering, out[1].steering_rate, out[1].steering, s.now)
+    drive, by_drive = compare_models(
+        with_measurement(drive, speed, now, heading, s.is_stationary), present.drive, now, DRIVE
     )
-    steering = noted(steering, Sent(s.now, out[1].steering_rate, out[1].steering), Measured(now, delta))
-    drive, by_drive = compare_models(drive, present.drive, now, DRIVE)
-    steering, by_steering = compare_models(steering, present.steering, now, STEERING)
+    steering, by_steering = compare_models(
+        with_measurement(steering, delta, now), present.steering, now, STEERING
+    )
     found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
     after = replace(s, vehicle=replace(vehicle, records=(drive, steering)))
     if found == present:

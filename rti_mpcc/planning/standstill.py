@@ -156,6 +156,11 @@ class AxisMotion:
         driven = [m.driven for m in self._last(seconds)]
         return max(driven) - min(driven) if driven else 0.0
 
+    def mean_command(self, seconds: float) -> float:
+        """Mean acceleration that was commanded in the last `seconds` [m/s²]."""
+        first, *_, last = self._last(seconds)
+        return (last.gained - first.gained) / (last.at - first.at)
+
     def unexplained(self) -> float:
         """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
         within `SLIP_TIME`, or evenly within `WINDOW`."""

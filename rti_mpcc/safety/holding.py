@@ -56,7 +56,10 @@ def start_hold(s: ControllerState, context: PlanningContext, config: ControllerC
             hold = replace(hold, docked=context.standing_error)
         elif _has_stood(hold, s, context, config):  # it is held right there
             here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
-            integral = _balancing(s, config)
+            # No farther from what it stood by than what moves it by as much as it may move.
+            stood_by = s.vehicle.motion.mean_command(standstill.PROOF_TIME)
+            most = K_P * standstill.rest_distance(context.tolerance, config)
+            integral = min(max(_balancing(s, config), stood_by - most), stood_by + most)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
