@@ -15,8 +15,9 @@ known.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
 nothing about d: for `_HELD_TIME` nothing is learnt from that, nor from the step in which its speed leaves
-zero, as at the end of a sensor's dead band. Nor does one whose speed changes by more than
-(O1) and any slope explain: somebody else brakes it.
+zero, as at the end of a sensor's dead band. What is learnt of a slope after that is forgotten if the vehicle
+starts as it would have before. Nothing is learnt from a speed that changes by more than (O1) and any slope
+explain: somebody else brakes the vehicle.
 """
 
 from __future__ import annotations
@@ -95,6 +96,7 @@ class DisturbanceEstimate:
         at: when [s]; None before the first measurement, and after one that is not believed.
         motion: measured last, or None.
         held_since: since when the vehicle is at rest although it should drive off [s], or None.
+        free: what was known before that, or None.
     """
 
     mean: Array
@@ -102,6 +104,7 @@ class DisturbanceEstimate:
     at: float | None = None
     motion: Motion | None = None
     held_since: float | None = None
+    free: DisturbanceEstimate | None = None
 
     @property
     def acceleration(self) -> float:
@@ -138,7 +141,7 @@ def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
 
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
     """After a measurement that is not believed: nothing is learnt until the second one that is."""
-    return estimate if estimate.at is None else replace(estimate, at=None, held_since=None)
+    return estimate if estimate.at is None else replace(estimate, at=None, held_since=None, free=None)
 
 
 def updated(
@@ -173,9 +176,19 @@ def updated(
     distance = 0.5 * seconds * (last.v + motion.v)
     _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
     held = _is_held(mean, motion, acceleration)
-    if estimate.held_since is not None and not held and abs(motion.v - mean[V]) > LEAP:
-        return _seated(estimate, motion, now, config)
-    since = (now if estimate.held_since is None else estimate.held_since) if held else None
+    since, free = estimate.held_since, estimate.free
+    if since is not None and free is not None and not held:
+        change = motion.v - last.v
+        off = abs(change - seconds * (acceleration * estimate.gain + estimate.acceleration))
+        if off > LEAP:
+            return _seated(estimate, motion, now, config)
+        before = abs(change - seconds * (acceleration * free.gain + free.acceleration))
+        if now - since >= _HELD_TIME and before < off:
+            return _seated(free, motion, now, config)  # it was no slope that held it
+    if held and since is None:
+        since, free = now, estimate
+    elif not held:
+        since, free = None, None
     if since is not None and now - since < _HELD_TIME:
         # With the speed as it is measured, whatever the offsets would make of it.
         _measured(mean, covariance, V, motion.v, config.speed_std)
@@ -185,7 +198,7 @@ def updated(
     if not turns:
         _measured(mean, covariance, PHI, phi, config.heading_std)
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
-    return _estimate(mean, covariance, now, motion, since)
+    return _estimate(mean, covariance, now, motion, since, free)
 
 
 def _seated(
@@ -293,7 +306,10 @@ def _estimate(
     at: float | None = None,
     motion: Motion | None = None,
     held_since: float | None = None,
+    free: DisturbanceEstimate | None = None,
 ) -> DisturbanceEstimate:
     mean.setflags(write=False)
     covariance.setflags(write=False)
-    return DisturbanceEstimate(mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since)
+    return DisturbanceEstimate(
+        mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since, free=free
+    )
