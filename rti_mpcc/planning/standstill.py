@@ -156,11 +156,6 @@ class AxisMotion:
         driven = [m.driven for m in self._last(seconds)]
         return max(driven) - min(driven) if driven else 0.0
 
-    def mean_command(self, seconds: float) -> float:
-        """Mean acceleration that was commanded in the last `seconds` [m/s²]."""
-        first, *_, last = self._last(seconds)
-        return (last.gained - first.gained) / (last.at - first.at)
-
     def unexplained(self) -> float:
         """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
         within `SLIP_TIME`, or evenly within `WINDOW`."""
@@ -181,11 +176,11 @@ class AxisMotion:
         """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""
         return self.moments[-1].coming if self.moments else inf
 
-    def beside(self, config: ControllerConfig) -> tuple[float, float]:
+    def beside(self, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
         By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
-        A lag of the drive that is not known is no such acceleration.
+        A lag of the drive that is not known, about `lag` [s], is no such acceleration.
         """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
@@ -194,10 +189,10 @@ class AxisMotion:
             [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
         ).T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
-        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0])
+        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0], lag)
         if self.unseen(config) != 0.0:
             return by_poses
-        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1])
+        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1], lag)
         return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property
@@ -258,15 +253,15 @@ def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, floa
 
 
 def _coefficient(
-    wanted: Array, others: Sequence[Array], by_lag: Array, values: Array, noise: float
+    wanted: Array, others: Sequence[Array], by_lag: Array, values: Array, noise: float, lag: float
 ) -> tuple[float, float]:
     """How much of a course is in `values`, beside `others`, and its standard deviation.
 
-    A drive that lags by up to `UNKNOWN_LAG` takes that time of `by_lag` from them.
+    A drive that lags by about `lag` [s] takes that time of `by_lag` from them.
     """
     columns = np.stack((wanted, *others, by_lag)) / max(noise, LEAST_NOISE)
     precision = columns @ columns.T
-    precision[-1, -1] += UNKNOWN_LAG**-2.0
+    precision[-1, -1] += lag**-2.0
     covariance = np.linalg.inv(precision)
     found = covariance @ columns @ (values / max(noise, LEAST_NOISE))
     return float(found[0]), sqrt(float(covariance[0, 0]))

@@ -37,6 +37,7 @@ USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be 
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 STOOD_SHARE = 0.35  # of what a docked vehicle may move, that it may still move by what has not come to rest
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
+STEADY_LAG = 0.01  # [s]; of a vehicle that stood by steady commands none has to be reckoned with
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
 STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
 """Phases in which a vehicle that stands does not drive off in the next cycle."""
@@ -56,10 +57,7 @@ def start_hold(s: ControllerState, context: PlanningContext, config: ControllerC
             hold = replace(hold, docked=context.standing_error)
         elif _has_stood(hold, s, context, config):  # it is held right there
             here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
-            # No farther from what it stood by than what moves it by as much as it may move.
-            stood_by = s.vehicle.motion.mean_command(standstill.PROOF_TIME)
-            most = K_P * standstill.rest_distance(context.tolerance, config)
-            integral = min(max(_balancing(s, config), stood_by - most), stood_by + most)
+            integral = _balancing(s, config, lag=STEADY_LAG)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
@@ -148,7 +146,7 @@ def _ahead(hold: Hold, context: PlanningContext) -> float:
     return Pose2(x, y, phi).relative_to(hold.anchor).x
 
 
-def _balancing(s: ControllerState, config: ControllerConfig) -> float:
+def _balancing(s: ControllerState, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> float:
     """Acceleration to be commanded [m/s²] at which the vehicle stays as it is.
 
     By the last moments, or, if they are too noisy, by how the estimate answers the last command.
@@ -159,7 +157,7 @@ def _balancing(s: ControllerState, config: ControllerConfig) -> float:
     disturbance = s.vehicle.disturbance
     if abs(disturbance.acceleration) <= LEVEL and s.task.hold is None:
         return disturbance.commanded(0.0)
-    beside, std = s.vehicle.motion.beside(config)
+    beside, std = s.vehicle.motion.beside(config, lag)
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
