@@ -17,8 +17,11 @@ they leave: noise, a slope, a frozen sensor or a model that is right change noth
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, field, replace
-from math import floor, log, sqrt
+from itertools import chain
+from math import exp, floor, log, sqrt
+from operator import attrgetter
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -66,6 +69,7 @@ EXPLAINS = 25.0
 lag is wrong, a slope that changes, say."""
 SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
+_at = attrgetter("at")
 
 
 class Scale(NamedTuple):
@@ -85,15 +89,29 @@ DRIVE: Final = Scale(0.002, 0.01, (0.15, 0.15, 0.15, 0.1), drives=True)
 STEERING: Final = Scale(0.001, 0.03, (0.02, 0.01), drives=False)
 
 
+class SentCommand(NamedTuple):
+    """A command sent at a time [s]: a rate [m/s²] or [rad/s], and a set-point [m/s] or [rad]."""
+
+    at: float
+    rate: float
+    setpoint: float
+
+
+class Measurement(NamedTuple):
+    """A measurement at a time [s]: speed [m/s] or steering [rad], and the heading [rad] then."""
+
+    at: float
+    value: float
+    heading: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ActuatorRecord:
     """Commands and measurements of the last seconds, and what the comparisons found.
 
     Attributes:
-        sent: (c,) times of the commands [s], the last one under way; outputs: (c, 2, lags) Y of (A1) then,
-            without dead time, of the rates and of the set-points.
-        acting: (2, lags) w then; command: (2,) the last rate and set-point.
-        stamps: (m,) of the measurements [s]; measured: (m,); headings: (m,) [rad] then, of a drive.
+        sent: commands, the last one under way; measured: measurements.
+        first: (3, lags) at the first command, Y of (A1) of rates and of set-points, and w of the rates.
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
         suspected: a better model, with too little evidence to change to it, or None.
@@ -105,13 +123,9 @@ class ActuatorRecord:
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
-    sent: Array = field(default_factory=lambda: np.zeros(0))
-    outputs: Array = field(default_factory=lambda: np.zeros((0, 2, len(LAGS))))
-    acting: Array = field(default_factory=lambda: np.zeros((2, len(LAGS))))
-    command: Array = field(default_factory=lambda: np.zeros(2))
-    stamps: Array = field(default_factory=lambda: np.zeros(0))
-    measured: Array = field(default_factory=lambda: np.zeros(0))
-    headings: Array = field(default_factory=lambda: np.zeros(0))
+    sent: tuple[SentCommand, ...] = ()
+    measured: tuple[Measurement, ...] = ()
+    first: Array = field(default_factory=lambda: np.zeros((3, len(LAGS))))
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
@@ -134,50 +148,48 @@ class ActuatorRecord:
         )
 
 
-def commanded(record: ActuatorRecord, rate: float, setpoint: float, at: float) -> ActuatorRecord:
-    """With a command sent at `at` [s]."""
-    command = np.array((rate, setpoint))
-    if not len(record.sent):
-        acting = np.repeat(command[:, None], len(LAGS), axis=1)
-        outputs = acting[None] * np.array((0.0, 1.0))[:, None]
-        return replace(record, sent=np.array((at,)), outputs=outputs, acting=acting, command=command)
-    if at <= record.sent[-1]:  # it takes the place of the last one at once
-        return replace(record, command=command)
-    output, acting = _advanced(record, at)
-    first = int(record.sent.searchsorted(at - MEMORY - 1.0))
-    return replace(
-        record,
-        sent=np.concatenate((record.sent[first:], (at,))),
-        outputs=np.concatenate((record.outputs[first:], output[None])),
-        acting=acting,
-        command=command,
-    )
-
-
-def _advanced(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
-    """(2, lags) Y and w of (A1) at `at` [s], after the last command."""
-    seconds = at - record.sent[-1]
-    left = np.exp(-seconds / LAGS)
-    command = record.command[:, None]
-    over = record.acting - command
-    acting = command + over * left
-    integral = record.outputs[-1, 0] + command[0] * seconds + over[0] * LAGS * (1.0 - left)
-    return np.stack((integral, acting[1])), acting
-
-
-def with_measurement(
-    record: ActuatorRecord, value: float, at: float, heading: float = 0.0, at_rest: bool = False
+def noted(
+    record: ActuatorRecord, command: SentCommand, measurement: Measurement, at_rest: bool = False
 ) -> ActuatorRecord:
-    """With a measurement at `at` [s], and the heading [rad] of a drive."""
-    if len(record.stamps) and at - record.stamps[-1] < SPACING - 1e-9:
-        return record
-    first = int(record.stamps.searchsorted(at - (REST_MEMORY if at_rest else MEMORY)))
-    return replace(
-        record,
-        stamps=np.concatenate((record.stamps[first:], (at,))),
-        measured=np.concatenate((record.measured[first:], (value,))),
-        headings=np.concatenate((record.headings[first:], (heading,))),
-    )
+    """With a command, and what was measured after it; `at_rest`: the vehicle stands."""
+    sent, measured, first = record.sent, record.measured, record.first
+    if not sent:
+        acting = np.array((0.0, command.setpoint, command.rate))
+        first = np.repeat(acting[:, None], len(LAGS), axis=1)
+    elif command.at <= sent[-1].at:  # it takes the place of the last one at once
+        command, sent = command._replace(at=sent[-1].at), sent[:-1]
+    if not measured or measurement.at - measured[-1].at >= SPACING - 1e-9:
+        since = measurement.at - (REST_MEMORY if at_rest else MEMORY)
+        measured = (*measured[bisect_left(measured, since, key=_at) :], measurement)
+    return replace(record, sent=(*sent, command), measured=measured, first=first)
+
+
+def _answers(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
+    """Times (c,) of the commands and `at` [s], and answers (c, 3, lags) to them then, as in `first`."""
+    sent = _rows((*record.sent, (at, 0.0, 0.0)))
+    answers = np.empty((len(sent), 3, len(LAGS)))
+    answers[0] = record.first
+    _answer(sent, answers)
+    return sent[:, 0].copy(), answers
+
+
+def _rows(of: tuple[tuple[float, float, float], ...]) -> Array:
+    """Rows (n, 3)."""
+    return np.fromiter(chain.from_iterable(of), np.float64, 3 * len(of)).reshape(-1, 3)
+
+
+@kernel
+def _answer(sent: Array2, answers: Out3) -> None:
+    """(A1) without dead time: `answers` (c, 3, lags) to the commands `sent` (c, 3), after the first."""
+    for c in range(1, len(sent)):
+        seconds, rate, setpoint = sent[c, 0] - sent[c - 1, 0], sent[c - 1, 1], sent[c - 1, 2]
+        for i in range(len(LAGS)):
+            lag = LAGS[i]
+            left = exp(-seconds / lag)
+            over = answers[c - 1, 2, i] - rate
+            answers[c, 0, i] = answers[c - 1, 0, i] + rate * seconds + over * lag * (1.0 - left)
+            answers[c, 1, i] = setpoint + (answers[c - 1, 1, i] - setpoint) * left
+            answers[c, 2, i] = rate + over * left
 
 
 def compare_models(
@@ -185,18 +197,27 @@ def compare_models(
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
     waited = at - record.compared_at + 1e-9
-    if waited < INTERVAL or len(record.stamps) < LEAST_COUNT:
+    if waited < INTERVAL or len(record.measured) < LEAST_COUNT:
         return record, None
     early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
     if waited < RARELY * INTERVAL and not (early or record.found):
         return record, None
-    moved = max(float(np.ptp(record.measured)), float(np.ptp(record.outputs[:, :, 0], axis=0).max()))
+    sent, answers = _answers(record, at)
+    gone = int(sent.searchsorted(sent[-2] - MEMORY - 1.0))
+    sent, answers = sent[gone:], answers[gone:]
+    record = replace(record, sent=record.sent[gone:], first=answers[0])
+    stamps, values, headings = _rows(record.measured).T.copy()
+    moved = max(float(np.ptp(values)), float(np.ptp(answers[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, least = _noise(record.measured), (0.3 * scale.least) ** 2
+    noise, least = _noise(values), (0.3 * scale.least) ** 2
     dead_times = _dead_times(present[0])
-    residuals, unanswered = _residuals(record, at, noise + least, scale, dead_times)
-    fresh = len(record.stamps) * np.log((residuals + least) / (residuals.min() + least))
+    courses = _courses(stamps, values, headings, scale)
+    outputs = np.ascontiguousarray(answers[:, :2]).reshape(-1, 2 * len(LAGS))
+    residuals, unanswered = _residuals(
+        (sent, outputs), (stamps, values, courses), noise + least, scale, dead_times
+    )
+    fresh = len(stamps) * np.log((residuals + least) / (residuals.min() + least))
     against = record.evidence + fresh
     near = _near(present, dead_times)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
@@ -204,10 +225,10 @@ def compare_models(
     evidence = float(against[kept] - against[best])
     now, then = float(residuals[kept]), float(residuals[best])
     model = float(dead_times[best[1]]), float(LAGS[best[2]])
-    sure = 1.0 + SURE * sqrt(2.0 / len(record.stamps))
-    answers = len(record.stamps) * log((unanswered[best[0]] + least) / (then + least)) > EVIDENCE
+    sure = 1.0 + SURE * sqrt(2.0 / len(stamps))
+    answered = len(stamps) * log((unanswered[best[0]] + least) / (then + least)) > EVIDENCE
     explains = (
-        answers
+        answered
         and (now - then > (0.5 * scale.least) ** 2 or record.corrected is not None)
         and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
@@ -272,34 +293,33 @@ def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
-def _courses(record: ActuatorRecord, scale: Scale) -> Array:
+def _courses(stamps: Array, values: Array, headings: Array, scale: Scale) -> Array:
     """(2 + len(c), m) courses of c0, c1 and c of (A2), without their means."""
-    t = record.stamps - record.stamps.mean()
+    t = stamps - stamps.mean()
     if not scale.drives:
         return np.stack((np.ones(len(t)), t, 0.5 * t**2))
-    acting = np.stack((np.cos(record.headings), np.sin(record.headings), record.measured))
+    acting = np.stack((np.cos(headings), np.sin(headings), values))
     steps = 0.5 * (acting[:, 1:] + acting[:, :-1]) * np.diff(t)
     integrals = np.concatenate((np.zeros((len(acting), 1)), steps.cumsum(axis=1)), axis=1)
     return np.concatenate((np.ones((1, len(t))), t[None], integrals - integrals.mean(axis=1)[:, None]))
 
 
 def _residuals(
-    record: ActuatorRecord, at: float, variance: float, scale: Scale, dead_times: Array
+    answers: tuple[Array, Array],
+    measured: tuple[Array, Array, Array],
+    variance: float,
+    scale: Scale,
+    dead_times: Array,
 ) -> tuple[Array, Array]:
     """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
-    of what it leaves without Y, where nothing answers."""
-    output, _ = _advanced(record, at)
-    m, courses = record.measured, _courses(record, scale)
+    of what it leaves without Y, where nothing answers.
+
+    `answers`: times (c,) and Y (c, 2 lags) then; `measured`: stamps (m,), values (m,) and courses (k, m).
+    """
+    (sent, outputs), (stamps, m, courses) = answers, measured
     count = len(courses)
     products = np.zeros((len(dead_times), count + 2, 2 * len(LAGS)))
-    _multiply(
-        np.concatenate((record.sent, (at,))),
-        np.concatenate((record.outputs, output[None])).reshape(-1, 2 * len(LAGS)),
-        record.stamps,
-        np.concatenate((courses, m[None])),
-        dead_times,
-        products,
-    )
+    _multiply(sent, outputs, stamps, np.concatenate((courses, m[None])), dead_times, products)
     # (2, lags, dead times, ...), as the priors are of rates and of set-points.
     each = products.reshape(-1, count + 2, 2, len(LAGS)).transpose(2, 3, 0, 1)
     along_y, ym, yy = each[..., :count], each[..., count], each[..., count + 1]
@@ -344,10 +364,9 @@ def _multiply(
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
     """Mean of w of a model of the bank from `begin` to `end` [s], of rates; None where it is not known."""
-    if not len(record.sent) or not begin < end or begin - model[0] < record.sent[0]:
+    if not record.sent or not begin < end or begin - model[0] < record.sent[0].at:
         return None
-    output, _ = _advanced(record, end)
-    lag = int(np.argmin(np.abs(LAGS - model[1])))
-    gained = np.append(record.outputs[:, 0, lag], output[0, lag])
-    from_to = np.interp((begin - model[0], end - model[0]), np.append(record.sent, end), gained)
+    sent, answers = _answers(record, end)
+    gained = answers[:, 0, int(np.argmin(np.abs(LAGS - model[1])))]
+    from_to = np.interp((begin - model[0], end - model[0]), sent, gained)
     return float(from_to[1] - from_to[0]) / (end - begin)

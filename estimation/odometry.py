@@ -7,28 +7,81 @@ With the heading phi_m half way between two poses, h the time in between, a what
 (W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
 (W4)  z+ = z + h v + h² (a + d) / 2,   v+ = v + h (a + d);   along is measured, d is what acts besides
 
-A difference of two moments says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of
-the pose.
+A track (n, COLUMNS) holds the readings of the last `LENGTH`, the oldest first. A difference of two readings
+says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of the pose.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import cos, inf, sin, sqrt, tan
-from operator import attrgetter
-from typing import NamedTuple
+from math import ceil, cos, inf, pi, sin, sqrt, tan
+from typing import Final, NamedTuple
+
+import numpy as np
 
 from estimation.types import Array
-from geometry import wrap
+from geometry.compiled import Array1, Array2, Out1, inner, kernel
 
-LENGTH = 2.5  # [s] for which moments are kept
+AT: Final = 0
+"""time [s]."""
+X: Final = 1
+"""measured, as the next four [m]."""
+Y: Final = 2
+"""[m]."""
+PHI: Final = 3
+"""heading, continuous [rad]."""
+SPEED: Final = 4
+"""[m/s]."""
+DELTA: Final = 5
+"""steering [rad]."""
+ALONG: Final = 6
+"""(W1) [m]."""
+ASIDE: Final = 7
+"""(W1) [m]."""
+TOLD: Final = 8
+"""(W2) [m]."""
+ASKED: Final = 9
+"""sum of h a of (W3) [m/s]."""
+DRIVEN: Final = 10
+"""(W3) [m]."""
+EXPLAINED: Final = 11
+"""c of (W3) [m/s]."""
+TURNED: Final = 12
+"""heading by the measured steering on the way that the pose moved [rad]."""
+STEERED: Final = 13
+"""sum of the commanded changes of the steering [rad]."""
+LEAPS: Final = 14
+"""what (W2) may be off, as the speed leapt somewhere between two readings [m]."""
+STEERING: Final = 15
+"""steering that was believed then [rad]."""
+AHEAD: Final = 16
+"""z of (W4) [m]."""
+POSE_SPEED: Final = 17
+"""v of (W4) [m/s]."""
+ZZ: Final = 18
+"""covariance of (W4), as the next two."""
+ZV: Final = 19
+VV: Final = 20
+STEP: Final = 21
+"""the last step of the pose that was no motion [m]."""
+STEP_AT: Final = 22
+"""its time [s]."""
+OFF: Final = 23
+"""by how much the last step of the pose differed from the commands [m]."""
+POSE_ROUGHNESS: Final = 24
+"""variance of the noise of the pose, as far as steps from one reading to the next show it [m²]."""
+SPEED_ROUGHNESS: Final = 25
+"""the same of the speed [m²/s²]."""
+SEEN: Final = 26
+"""number of steps so far."""
+COLUMNS: Final = 27
+
+LENGTH = 2.5  # [s] for which readings are kept
 _ACCELERATION, _ACCELERATION_SHARE = 2e-4, 0.01
 """Spectral density of an acceleration that was not commanded [m²/s³], and its share of a² [s]. At rest it is
 small: the speed of a pose with a noise of 1 cm at 20 Hz is known to 1 cm/s there."""
 _ROUGHNESS_TIME = 1.0  # [s] over which the noise of pose and speed is seen in the track
-_ROUGHEST = (0.1, 0.15)  # [m], [m/s]; a larger step counts as one
+_ROUGHEST_POSE, _ROUGHEST_SPEED = 0.1, 0.15  # [m], [m/s]; a larger step counts as one
 _LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
 _ALIKE = 0.04  # [m/s] by which the speeds of pose and sensor differ where they agree
 _BLENDING = 2.0  # [s] in which the speed of the commands becomes the one that pose and sensor agree on
@@ -37,7 +90,6 @@ _LEAP = 0.2  # [m/s] beyond the commands, by which a speed leaps
 _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _LED = 1e-9  # [m/s]; smaller differences are rounding
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
-
 
 WINDOWS = (0.3, 1.0, 2.0)  # [s]
 SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
@@ -71,241 +123,217 @@ class Asked(NamedTuple):
     acting: float
 
 
-class OdometerReading(NamedTuple):
-    """One cycle: what was measured, and the odometers.
-
-    Attributes:
-        at: [s]; x, y [m], phi [rad, continuous], v [m/s], delta [rad]: measured.
-        along, aside: (W1) [m]; told: (W2) [m]; asked [m/s], driven [m]: (W3), the sum of h a, and of h c.
-        explained: c of (W3) [m/s].
-        turned: heading by the measured steering on the way that the pose moved [rad].
-        steered: sum of the commanded changes of the steering [rad].
-        leaps: what (W2) may be off, as the speed leapt somewhere between two moments [m].
-        steering: believed then [rad].
-    """
-
-    at: float
-    x: float
-    y: float
-    phi: float
-    v: float
-    delta: float
-    along: float = 0.0
-    aside: float = 0.0
-    told: float = 0.0
-    asked: float = 0.0
-    driven: float = 0.0
-    explained: float = 0.0
-    turned: float = 0.0
-    steered: float = 0.0
-    leaps: float = 0.0
-    steering: float = 0.0
+def track_from(at: float, measured: Array, speed: float, steering: float) -> Array:
+    """A track (1, COLUMNS) from a measurement (>= 5,), with the speed and the steering that are believed."""
+    track = np.zeros((1, COLUMNS))
+    track[0, AT], track[0, X:ALONG] = at, measured[:5]
+    track[0, [EXPLAINED, POSE_SPEED]], track[0, STEERING] = speed, steering
+    track[0, VV], track[0, STEP_AT] = _FIRST_SPEED**2, -inf
+    return track
 
 
-class Correction(NamedTuple):
-    """A step of the pose [m] that was no motion, and when [s]."""
-
-    step: float = 0.0
-    at: float = -inf
-
-
-_UNCORRECTED = Correction()
-_at = attrgetter("at")
-
-
-@dataclass(frozen=True, slots=True)
-class Odometers:
-    """The moments of the last `LENGTH`, the oldest first, and the speed of the pose, (W4).
-
-    Attributes:
-        moments: at least one.
-        z, v: of (W4) [m], [m/s]; p: their covariance zz, zv, vv.
-        corrected: the last step of the pose that was no motion.
-        roughness: variance of the noise of pose [m²] and speed [m²/s²], as far as steps from one moment to
-            the next show it; seen: steps so far.
-        off: by how much the last step of the pose differed from the commands [m].
-    """
-
-    moments: tuple[OdometerReading, ...]
-    z: float = 0.0
-    v: float = 0.0
-    p: tuple[float, float, float] = (0.0, 0.0, _FIRST_SPEED**2)
-    corrected: Correction = _UNCORRECTED
-    roughness: tuple[float, float] = (0.0, 0.0)
-    off: float = 0.0
-    seen: int = 0
-
-    @classmethod
-    def start(cls, at: float, measured: Array, speed: float, steering: float) -> Odometers:
-        """A track that starts at a measurement (>= 5,) with what is believed of speed and steering."""
-        x, y, phi, v, delta = measured[:5].tolist()
-        first = OdometerReading(at, x, y, phi, v, delta, explained=speed, steering=steering)
-        return cls(moments=(first,), v=speed)
-
-    @property
-    def last(self) -> OdometerReading:
-        """The present moment."""
-        return self.moments[-1]
-
-    def commanded_anew(self, rates: Callable[[float, float], tuple[float, float]]) -> Odometers:
-        """With commands that turn out to act at other times.
-
-        `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
-        """
-        first, *later = self.moments
-        led = [*map(_is_led, self.moments, later)]
-        moments = [first._replace(explained=first.v) if led[:1] == [True] else first]
-        for each, agrees in zip(later, led, strict=True):
-            last = moments[-1]
-            h, (acceleration, steering_rate) = each.at - last.at, rates(last.at, each.at)
-            by = _commanded(last, each.at, h * acceleration, h * steering_rate)
-            now = each._replace(asked=by.asked, driven=by.driven, explained=by.explained, steered=by.steered)
-            moments.append(_agreeing(now, now.v, h, _FAR) if agrees else now)
-        return replace(self, moments=tuple(moments))
-
-    def before(self, seconds: float) -> OdometerReading:
-        """The newest moment at least so long ago [s], or the oldest."""
-        later = bisect_right(self.moments, self.last.at - seconds + 1e-9, key=_at)
-        return self.moments[max(later - 1, 0)]
-
-    def leap(self, noise: float) -> float:
-        """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
-
-        `noise`: standard deviation of the speed [m/s].
-        """
-        last = self.last
-        off = last.v - last.explained
-        if abs(off) <= _LEAP + 5.0 * noise or len(self.moments) < 2:
-            return 0.0
-        before = self.moments[-2]
-        moves = (last.along - before.along) / (last.at - before.at)
-        return off if abs(moves - last.explained) < abs(moves - last.v) else 0.0
-
-    def recent(self, at: float) -> tuple[OdometerReading, ...]:
-        """The moments from a time on [s]."""
-        return self.moments[bisect_left(self.moments, at, key=_at) :]
-
-    def since(self, seconds: float, late: float) -> OdometerReading:
-        """As `before`, of moments that have one so much earlier [s]; the last one without any."""
-        then, known = self.before(seconds), self.moments[0].at + late - 1e-9
-        if then.at >= known:
-            return then
-        return next(iter(self.recent(known)), self.last)
-
-    def ways_at(self, at: float) -> tuple[float, float]:
-        """`told` and `driven` at a time [s], at the ends those of the nearest moment."""
-        later = self.moments[-1]
-        for each in reversed(self.moments):
-            if each.at <= at:
-                share = min((at - each.at) / (later.at - each.at), 1.0) if later.at > each.at else 0.0
-                told = each.told + share * (later.told - each.told)
-                return told, each.driven + share * (later.driven - each.driven)
-            later = each
-        return later.told, later.driven
-
-
-def moved_on(
-    track: Odometers, at: float, measured: Array, asked: Asked, noise: Noise, wheelbase: float
-) -> Odometers:
+def moved_on(track: Array, at: float, measured: Array, asked: Asked, noise: Noise, wheelbase: float) -> Array:
     """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
-    last, (x, y, phi, v, delta) = track.last._replace(steering=asked.believed), measured[:5].tolist()
-    h = at - last.at
-    by = _commanded(last, at, asked.speed, asked.steering)
-    told, driven = 0.5 * h * (v + last.v), by.driven - last.driven
-    turn = wrap(phi - last.phi)
-    middle = last.phi + 0.5 * turn
-    c, s, dx, dy = cos(middle), sin(middle), x - last.x, y - last.y
-    step, leap = c * dx + s * dy, v - last.v - asked.speed
-    step, corrected = _step(track.corrected, at, step, told, driven, noise.along)
-    now = by._replace(
-        x=x,
-        y=y,
-        phi=last.phi + turn,
-        v=v,
-        delta=delta,
-        along=last.along + step,
-        aside=last.aside + c * dy - s * dx,
-        told=last.told + told,
-        turned=last.turned + step * tan(0.5 * (delta + last.delta)) / wheelbase,
-        leaps=last.leaps + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0),
-    )
-    kept = (*track.recent(at - LENGTH)[:-1], last)
-    z, speed, p = _filtered(track, now.along, h, asked.acting, max(noise.along, _LEAST_NOISE) ** 2)
-    if abs(v - speed) <= _ALIKE + sqrt(p[2]):
-        now = _agreeing(now, 0.5 * (v + speed), h, _LEAP)
-    off = step - driven
-    second, leapt = min(abs(off - track.off), _ROUGHEST[0]), min(abs(leap), _ROUGHEST[1])
-    share = max(min(h / _ROUGHNESS_TIME, 1.0), 1.0 / (track.seen + 1))
-    pose, told_speed = track.roughness
-    rough = (pose + share * (second**2 / 6.0 - pose), told_speed + share * (leapt**2 / 2.0 - told_speed))
-    return Odometers(
-        moments=(*kept, now),
-        z=z,
-        v=speed,
-        p=p,
-        corrected=corrected,
-        roughness=rough,
-        off=off,
-        seen=track.seen + 1,
-    )
+    gone = min(int(track[:, AT].searchsorted(at - LENGTH)), len(track) - 1)
+    longer = np.empty((len(track) - gone + 1, COLUMNS))
+    longer[:-1] = track[gone:]
+    longer[-2, STEERING] = asked.believed
+    longer[-1, AT], longer[-1, X:ALONG] = at, measured[:5]
+    _move_on(longer[-2], asked.speed, asked.steering, asked.acting, noise.along, wheelbase, longer[-1])
+    return longer
 
 
-def _commanded(last: OdometerReading, at: float, speed: float, steering: float) -> OdometerReading:
-    """(W3): `last` with what the commands have changed until `at` [s], speed [m/s] and steering [rad]."""
-    return last._replace(
-        at=at,
-        asked=last.asked + speed,
-        driven=last.driven + (at - last.at) * (last.explained + 0.5 * speed),
-        explained=last.explained + speed,
-        steered=last.steered + steering,
-    )
+@kernel
+def _move_on(
+    last: Array1, gained: float, steered: float, acting: float, noise: float, wheelbase: float, now: Out1
+) -> None:
+    """(W1) to (W4): the reading `now`, of which time and measurement are known, after the `last` one."""
+    h = now[AT] - last[AT]
+    turn = now[PHI] - last[PHI]
+    turn -= 2.0 * pi * ceil((turn - pi) / (2.0 * pi))
+    middle = last[PHI] + 0.5 * turn
+    c, s, dx, dy = cos(middle), sin(middle), now[X] - last[X], now[Y] - last[Y]
+    now[PHI] = last[PHI] + turn
+    _command(last, gained, steered, now)
+    told, driven = 0.5 * h * (now[SPEED] + last[SPEED]), now[DRIVEN] - last[DRIVEN]
+    leap = now[SPEED] - last[SPEED] - gained
+    step = _step(last, c * dx + s * dy, told, driven, noise, now)
+    now[ALONG] = last[ALONG] + step
+    now[ASIDE] = last[ASIDE] + c * dy - s * dx
+    now[TOLD] = last[TOLD] + told
+    now[TURNED] = last[TURNED] + step * tan(0.5 * (now[DELTA] + last[DELTA])) / wheelbase
+    now[LEAPS] = last[LEAPS] + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0)
+    now[STEERING] = 0.0
+    _filter(last, h, acting, max(noise, _LEAST_NOISE) ** 2, now)
+    if abs(now[SPEED] - now[POSE_SPEED]) <= _ALIKE + sqrt(now[VV]):
+        now[EXPLAINED] = _led(now[EXPLAINED], 0.5 * (now[SPEED] + now[POSE_SPEED]), h, _LEAP)
+    now[OFF] = step - driven
+    second, leapt = min(abs(now[OFF] - last[OFF]), _ROUGHEST_POSE), min(abs(leap), _ROUGHEST_SPEED)
+    share = max(min(h / _ROUGHNESS_TIME, 1.0), 1.0 / (last[SEEN] + 1.0))
+    pose, speed = last[POSE_ROUGHNESS], last[SPEED_ROUGHNESS]
+    now[POSE_ROUGHNESS] = pose + share * (second**2 / 6.0 - pose)
+    now[SPEED_ROUGHNESS] = speed + share * (leapt**2 / 2.0 - speed)
+    now[SEEN] = last[SEEN] + 1.0
 
 
-def _is_led(before: OdometerReading, now: OdometerReading) -> bool:
-    """Whether the speed of (W3) was led to the one that pose and sensor agreed on."""
-    return abs((now.explained - before.explained) - (now.asked - before.asked)) > _LED
+@inner
+def _command(last: Array1, gained: float, steered: float, now: Out1) -> None:
+    """(W3): what the commands have changed since the `last` reading, speed [m/s] and steering [rad]."""
+    now[ASKED] = last[ASKED] + gained
+    now[DRIVEN] = last[DRIVEN] + (now[AT] - last[AT]) * (last[EXPLAINED] + 0.5 * gained)
+    now[EXPLAINED] = last[EXPLAINED] + gained
+    now[STEERED] = last[STEERED] + steered
 
 
-def agreeing(track: Odometers) -> Odometers:
-    """With the speed of (W3) led towards the measured one, which the pose confirms."""
-    if len(track.moments) < 2:
-        return track
-    now = track.last
-    led = _agreeing(now, now.v, now.at - track.moments[-2].at, _FAR)
-    return replace(track, moments=(*track.moments[:-1], led))
+@inner
+def _led(explained: float, speed: float, h: float, most: float) -> float:
+    """The speed of (W3), led towards the one that is agreed on; at once if it is farther off than `most`."""
+    off = speed - explained
+    return explained + (1.0 if abs(off) > most else h / (h + _BLENDING)) * off
 
 
-def _agreeing(now: OdometerReading, speed: float, h: float, most: float) -> OdometerReading:
-    off = speed - now.explained
-    share = 1.0 if abs(off) > most else h / (h + _BLENDING)
-    return now._replace(explained=now.explained + share * off)
-
-
-def _step(
-    corrected: Correction, at: float, step: float, told: float, driven: float, noise: float
-) -> tuple[float, Correction]:
-    """How far the vehicle moved by a step of the pose [m], and what of the pose was corrected.
+@inner
+def _step(last: Array1, step: float, told: float, driven: float, noise: float, now: Out1) -> float:
+    """How far the vehicle moved by a step of the pose [m]; sets what of the pose was corrected.
 
     A step that neither speed nor commands explain is a correction of the pose, not a motion, unless there was
     one a moment ago. The next one may take it back.
     """
-    off = min(step - told, step - driven, key=abs)
+    now[STEP], now[STEP_AT] = last[STEP], last[STEP_AT]
+    off = step - told if abs(step - told) <= abs(step - driven) else step - driven
     if abs(off) <= _CORRECTION + 5.0 * sqrt(2.0) * noise:
-        return step, corrected
-    taken_back = abs(corrected.step + off) < 0.5 * abs(off)
-    if at - corrected.at <= LENGTH and not taken_back:
-        return step, corrected
-    return step - off, Correction(0.0 if taken_back else off, at)
+        return step
+    taken_back = abs(last[STEP] + off) < 0.5 * abs(off)
+    if now[AT] - last[STEP_AT] <= LENGTH and not taken_back:
+        return step
+    now[STEP], now[STEP_AT] = 0.0 if taken_back else off, now[AT]
+    return step - off
 
 
-def _filtered(
-    track: Odometers, along: float, h: float, gained: float, r: float
-) -> tuple[float, float, tuple[float, float, float]]:
+@inner
+def _filter(last: Array1, h: float, gained: float, r: float, now: Out1) -> None:
     """(W4) corrected by `along`."""
-    zz, zv, vv = track.p
+    zz, zv, vv = last[ZZ], last[ZV], last[VV]
     q = _ACCELERATION + _ACCELERATION_SHARE * (gained / h) ** 2
-    zz, zv, vv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0, vv + q * h
-    z, v = track.z + h * (track.v + 0.5 * gained), track.v + gained
-    off, share = along - z, 1.0 / (zz + r)
-    z, v = z + zz * share * off, v + zv * share * off
-    return z, v, (zz * r * share, zv * r * share, vv - zv * zv * share)
+    zz, zv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0
+    vv += q * h
+    z, v = last[AHEAD] + h * (last[POSE_SPEED] + 0.5 * gained), last[POSE_SPEED] + gained
+    off, share = now[ALONG] - z, 1.0 / (zz + r)
+    now[AHEAD], now[POSE_SPEED] = z + zz * share * off, v + zv * share * off
+    now[ZZ], now[ZV], now[VV] = zz * r * share, zv * r * share, vv - zv * zv * share
+
+
+@inner
+def index_before(track: Array2, seconds: float) -> int:
+    """Of the newest reading at least so long before the last one [s], or of the oldest."""
+    k, until = len(track) - 1, track[-1, AT] - seconds + 1e-9
+    while k > 0 and track[k, AT] > until:
+        k -= 1
+    return k
+
+
+def latest(track: Array) -> list[float]:
+    """The last reading (COLUMNS,)."""
+    reading: list[float] = track[-1].tolist()
+    return reading
+
+
+def before(track: Array, seconds: float) -> list[float]:
+    """The newest reading (COLUMNS,) at least so long before the last one [s], or the oldest."""
+    later = int(track[:, AT].searchsorted(track[-1, AT] - seconds + 1e-9, side="right"))
+    reading: list[float] = track[max(later - 1, 0)].tolist()
+    return reading
+
+
+@inner
+def _ways(track: Array2, at: float) -> tuple[float, float]:
+    """Distances [m] by speed (W2) and commands (W3) at a time [s], at the ends of the nearest reading."""
+    later = len(track) - 1
+    for k in range(len(track) - 1, -1, -1):
+        if track[k, AT] <= at:
+            length, share = track[later, AT] - track[k, AT], 0.0
+            if length > 0.0:
+                share = min((at - track[k, AT]) / length, 1.0)
+            told = track[k, TOLD] + share * (track[later, TOLD] - track[k, TOLD])
+            return told, track[k, DRIVEN] + share * (track[later, DRIVEN] - track[k, DRIVEN])
+        later = k
+    return track[later, TOLD], track[later, DRIVEN]
+
+
+@kernel
+def ways_at(track: Array2, at: float) -> tuple[float, float]:
+    """See `_ways`."""
+    return _ways(track, at)
+
+
+@kernel
+def ways_since(track: Array2, seconds: float, late: float) -> tuple[float, float, float, float, float]:
+    """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, and
+    what the speed may be off.
+
+    Speed and commands are so much earlier than the pose as that is `late` [s]. The readings since then must
+    reach back so far.
+    """
+    k, known = index_before(track, seconds), track[0, AT] + late - 1e-9
+    while track[k, AT] < known and k < len(track) - 1:
+        k += 1
+    now, then = track[-1], track[k]
+    told, driven = now[TOLD] - then[TOLD], now[DRIVEN] - then[DRIVEN]
+    if late > 0.0:
+        ends, starts = _ways(track, now[AT] - late), _ways(track, then[AT] - late)
+        told, driven = ends[0] - starts[0], ends[1] - starts[1]
+    return then[AT], now[ALONG] - then[ALONG], told, driven, now[LEAPS] - then[LEAPS]
+
+
+def leap(track: Array, noise: float) -> float:
+    """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
+
+    `noise`: standard deviation of the speed [m/s].
+    """
+    off = float(track[-1, SPEED] - track[-1, EXPLAINED])
+    if abs(off) <= _LEAP + 5.0 * noise or len(track) < 2:
+        return 0.0
+    then, last = track[-2:].tolist()
+    moves = (last[ALONG] - then[ALONG]) / (last[AT] - then[AT])
+    return off if abs(moves - last[EXPLAINED]) < abs(moves - last[SPEED]) else 0.0
+
+
+def agreeing(track: Array) -> Array:
+    """With the speed of (W3) led towards the measured one, which the pose confirms."""
+    if len(track) < 2:
+        return track
+    led = track.copy()
+    _agree(led[-2, AT], _FAR, led[-1])
+    return led
+
+
+@kernel
+def _agree(before: float, most: float, now: Out1) -> None:
+    now[EXPLAINED] = _led(now[EXPLAINED], now[SPEED], now[AT] - before, most)
+
+
+def commanded_anew(track: Array, rates: Callable[[float, float], tuple[float, float]]) -> Array:
+    """The track with commands that turn out to act at other times.
+
+    `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
+    """
+    changes = np.diff(track[:, [EXPLAINED, ASKED]], axis=0)
+    led = abs(changes[:, 0] - changes[:, 1]) > _LED  # to the speed that pose and sensor agreed on
+    anew = track.copy()
+    if led[:1].any():
+        anew[0, EXPLAINED] = anew[0, SPEED]
+    for k in range(1, len(anew)):
+        begin, end = anew[k - 1, AT], anew[k, AT]
+        acceleration, steering_rate = rates(begin, end)
+        _recommand(
+            anew[k - 1], (end - begin) * acceleration, (end - begin) * steering_rate, led[k - 1], anew[k]
+        )
+    return anew
+
+
+@kernel
+def _recommand(last: Array1, gained: float, steered: float, agrees: bool, now: Out1) -> None:
+    """(W3) once more, led to the measured speed where pose and sensor agreed on it."""
+    _command(last, gained, steered, now)
+    if agrees:
+        now[EXPLAINED] = _led(now[EXPLAINED], now[SPEED], now[AT] - last[AT], _FAR)

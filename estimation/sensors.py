@@ -16,23 +16,40 @@ outvote the commands: a vehicle that was stopped is where its sensors say.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
-import numpy as np
-
 from estimation.odometry import (
+    ALONG,
+    ASIDE,
+    ASKED,
+    AT,
+    EXPLAINED,
+    PHI,
+    POSE_ROUGHNESS,
+    POSE_SPEED,
     SIGMAS,
+    SPEED,
+    SPEED_ROUGHNESS,
+    STEERED,
+    STEERING,
+    TOLD,
+    VV,
     WINDOWS,
     Asked,
     Geometry,
     Noise,
-    OdometerReading,
-    Odometers,
     agreeing,
+    before,
+    latest,
+    leap,
     moved_on,
+    track_from,
+    ways_at,
+    ways_since,
 )
 from estimation.steering import (
     STEERING_WINDOW,
@@ -44,10 +61,11 @@ from estimation.steering import (
     unmoved,
 )
 from estimation.types import Array
+from geometry.compiled import Array2, kernel
 
 _FLOOR, _SHARE = 0.015, 0.05
 """Two distances that differ by so much agree: [m], and share. Wheels are known to some per cent."""
-_FIRST_MOMENTS = 7  # before which noise is not known
+_FIRST_READINGS = 7  # before which noise is not known
 _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
 _LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
@@ -72,6 +90,8 @@ class LeftOut(NamedTuple):
 
     def judged(self, problem: str, way: float) -> LeftOut:
         """After one more comparison, `way` [m] further on."""
+        if not (problem or self.problem):
+            return self
         if problem:
             return LeftOut(problem, 0.0, self.times + (not self.problem))
         agreed = self.agreed + way
@@ -87,7 +107,7 @@ class Sensors:
     """What is known of the sensors.
 
     Attributes:
-        track: the last moments, or None before the first.
+        track: see `estimation.odometry`, or None before the first measurement.
         speed, steering: whether they are left out; pose: why it is in doubt, or "".
         elsewhere: it is the pose of another point of the vehicle, and stays so.
         late: delay of the pose [s]; seen_late: one that would explain the pose [s], since late_since [s].
@@ -99,7 +119,7 @@ class Sensors:
         moved: distance driven by sensors that were believed [m], since they were tried anew.
     """
 
-    track: Odometers | None = None
+    track: Array | None = None
     speed: LeftOut = _IN_USE
     steering: LeftOut = _IN_USE
     pose: str = ""
@@ -129,16 +149,15 @@ class Sensors:
             return measured
         usable = measured.copy()
         if self.speed.problem:
-            by_commands, by_pose = self.track.last.explained, self.track.v
+            by_commands, by_pose = self.track[-1, [EXPLAINED, POSE_SPEED]].tolist()
             # Where nobody is believed alone, one of the three may be wrong.
             usable[3] = median((by_commands, by_pose, float(measured[3]))) if self.pose else by_pose
         elif self.leap:
-            usable[3] = self.track.last.explained
+            usable[3] = self.track[-1, EXPLAINED]
         if self.steering.problem:
             usable[4] = self.angle
         if self.late:
-            last = self.track.last
-            way = last.told - self.track.ways_at(last.at - self.late)[0]
+            way = float(self.track[-1, TOLD]) - ways_at(self.track, float(self.track[-1, AT]) - self.late)[0]
             turn = way * tan(float(usable[4])) / wheelbase
             middle = float(usable[2]) + 0.5 * turn
             usable[0] += way * cos(middle)
@@ -148,7 +167,7 @@ class Sensors:
 
     def restarted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
-        return replace(self, track=Odometers.start(at, measured, speed, steering), leap=0.0)
+        return replace(self, track=track_from(at, measured, speed, steering), leap=0.0)
 
     def trusted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
         """The pose and the steering are tried once more."""
@@ -160,36 +179,43 @@ def compare_sensors(
 ) -> Sensors:
     """The sensors after one more measurement (6,) whose pose has not jumped, at `at` [s]."""
     track = known.track
-    if track is None or at <= track.last.at:
+    if track is None or at <= track[-1, AT]:
         return known
-    before = track.last
     track = moved_on(track, at, measured, asked, noise, body.wheelbase)
-    known = replace(known, track=track, leap=0.0 if known.pose else track.leap(noise.speed))
-    if len(track.moments) < _FIRST_MOMENTS:
-        return known
-    pose, speed = (sqrt(each) for each in track.roughness)
+    leapt = 0.0 if known.pose else leap(track, noise.speed)
+    if len(track) < _FIRST_READINGS:
+        return replace(known, track=track, leap=leapt)
+    now = latest(track)
+    pose, speed = sqrt(now[POSE_ROUGHNESS]), sqrt(now[SPEED_ROUGHNESS])
     noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
     # Noise of a vehicle at rest is no way that it has driven.
-    moves = abs(track.v) > 3.0 * sqrt(track.p[2])
-    way = abs(track.last.along - before.along) if moves else 0.0
+    moves = abs(now[POSE_SPEED]) > 3.0 * sqrt(now[VV])
+    way = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
+    gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
+    agree = all(gap.agree for gap in gaps)
+    if not (known.pose or agree):
+        known = _speed_or_pose(known, track, gaps, noise, way)
+    elif not known.pose and known.speed.problem:
+        known = replace(known, speed=known.speed.judged("", way))
+    elif not known.pose:
+        track = agreeing(track)
+    if not known.pose:
+        known = _reference_point(known, track, noise, body)
     if known.pose:
-        gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
-        known = replace(known, consistent=all(gap.agree for gap in gaps))
+        known = replace(known, speed=known.speed.judged(_unfollowed(track), 0.0))
     else:
-        known = _speed_or_pose(known, track, noise, way)
-        known = known if known.pose else _reference_point(known, track, noise, body)
-    if known.pose:
-        return replace(known, speed=known.speed.judged(_unfollowed(track), 0.0))
-    return _steering(known, track, asked.steering, noise, way, body)
+        known = _steering(known, track, asked.steering, noise, way, body)
+    moved = known.moved if known.pose or known.unsteered else known.moved + way
+    return replace(known, track=track, leap=leapt, consistent=agree, moved=moved)
 
 
 # -- speed and pose -----------------------------------------------------------------------------------------
 
 
 class _Gap(NamedTuple):
-    """Distances [m] by pose, speed and commands in a window since `then`, and by how much two may differ."""
+    """Distances [m] by pose, speed and commands since a time [s], and by how much two may differ."""
 
-    then: OdometerReading
+    since: float
     moved: float
     told: float
     driven: float
@@ -200,30 +226,20 @@ class _Gap(NamedTuple):
         return abs(self.moved - self.told) <= self.most
 
 
-def _gap(track: Odometers, seconds: float, noise: Noise, late: float) -> _Gap:
-    now, then = track.last, track.since(seconds, late)
-    length = now.at - then.at
-    moved = now.along - then.along
-    told, driven = now.told - then.told, now.driven - then.driven
-    if late:
-        ends = zip(track.ways_at(now.at - late), track.ways_at(then.at - late), strict=True)
-        told, driven = (end - start for end, start in ends)
-    cycle = length / max(len(track.moments) - 1, 1)
+def _gap(track: Array, seconds: float, noise: Noise, late: float) -> _Gap:
+    since, moved, told, driven, leaps = ways_since(track, seconds, late)
+    length = float(track[-1, AT]) - since
+    cycle = length / max(len(track) - 1, 1)
     random = sqrt(2.0) * noise.along + sqrt(length * cycle) * noise.speed
-    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + SIGMAS * random + now.leaps - then.leaps
-    return _Gap(then, moved, told, driven, most)
+    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + SIGMAS * random + leaps
+    return _Gap(since, moved, told, driven, most)
 
 
-def _speed_or_pose(known: Sensors, track: Odometers, noise: Noise, way: float) -> Sensors:
-    """With the verdict on speed and pose."""
-    gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
-    wide = next((gap for gap in gaps if not gap.agree), None)
-    if wide is None:
-        track = track if known.speed.problem else agreeing(track)
-        return replace(known, track=track, speed=known.speed.judged("", way), consistent=True)
-    known = replace(known, consistent=False)
+def _speed_or_pose(known: Sensors, track: Array, gaps: Sequence[_Gap], noise: Noise, way: float) -> Sensors:
+    """With the verdict on speed and pose, which disagree in some of the `gaps`."""
+    wide, now = next(gap for gap in gaps if not gap.agree), float(track[-1, AT])
     if known.speed.problem or (not known.late and _blames_speed(track, wide)):
-        seconds = max(track.last.at - wide.then.at, 1e-3)
+        seconds = max(now - wide.since, 1e-3)
         by_pose = wide.moved / seconds
         problem = (
             f"speed sensor says {wide.told / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
@@ -235,47 +251,40 @@ def _speed_or_pose(known: Sensors, track: Odometers, noise: Noise, way: float) -
     late = _delay(track, noise)
     if late is not None:
         steady = abs(late - known.seen_late) < 1.5 * _LATE_STEP
-        since = known.late_since if steady else track.last.at
-        if track.last.at - since >= _LATE_TIME:
+        since = known.late_since if steady else now
+        if now - since >= _LATE_TIME:
             return replace(known, late=late, seen_late=late, late_since=since)
         return replace(known, seen_late=known.seen_late if steady else late, late_since=since)
     problem = f"the pose moves {wide.moved:.2f} m where the speed sensor says {wide.told:.2f} m"
     return replace(known, pose=problem, late=0.0)
 
 
-def _blames_speed(track: Odometers, gap: _Gap) -> bool:
+def _blames_speed(track: Array, gap: _Gap) -> bool:
     """Whether the pose is right, not the speed."""
-    now, then = track.last, gap.then
-    if now.v == 0.0 and now.told != then.told:
+    now, then = latest(track), before(track, float(track[-1, AT]) - gap.since)
+    if now[SPEED] == 0.0 and now[TOLD] != then[TOLD]:
         return True  # the sensor has just fallen into its dead band
     if abs(gap.moved - gap.driven) <= abs(gap.told - gap.driven):
         return True
     stands, moves = abs(gap.told) <= gap.most, abs(gap.moved) > gap.most
-    return stands and moves and abs(now.aside - then.aside) <= 0.2 * abs(gap.moved)
+    return stands and moves and abs(now[ASIDE] - then[ASIDE]) <= 0.2 * abs(gap.moved)
 
 
-def _delay(track: Odometers, noise: Noise) -> float | None:
+def _delay(track: Array, noise: Noise) -> float | None:
     """The delay of the pose [s] that makes it agree with the speed, or None."""
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
         gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *WINDOWS)]
         off = sum(abs(gap.moved - gap.told) for gap in gaps)
-        if all(gap.agree for gap in gaps) and off < best and gaps[-1].then.at <= track.last.at - _SHORT:
+        if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - _SHORT:
             best, found = off, late
     return found
 
 
-def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geometry) -> Sensors:
+def _reference_point(known: Sensors, track: Array, noise: Noise, body: Geometry) -> Sensors:
     """With the pose in doubt where it is that of another point: it moves aside by a times what it turns."""
-    headings = [each.phi for each in track.moments]
-    if max(headings) - min(headings) < _POINT_TURN + SIGMAS * noise.heading:
-        return known
-    courses = np.array((headings, [each.aside for each in track.moments]))
-    courses -= courses.mean(axis=1)[:, None]
-    (turns, both), (_, asides) = (courses @ courses.T / len(headings)).tolist()
-    ahead = both / turns
-    shown, left = abs(ahead) * sqrt(turns), sqrt(max(asides - ahead * both, 0.0))
+    ahead, shown, left = _beside_turns(track, _POINT_TURN + SIGMAS * noise.heading)
     seen = abs(ahead) > _POINT_SHARE * body.wheelbase and shown > _POINT_SHOWN + SIGMAS * noise.along
     if not (seen and left < _POINT_LEFT * shown):
         return known
@@ -284,10 +293,25 @@ def _reference_point(known: Sensors, track: Odometers, noise: Noise, body: Geome
     return replace(known, pose=problem, elsewhere=True)
 
 
-def _unfollowed(track: Odometers) -> str:
+@kernel
+def _beside_turns(track: Array2, least: float) -> tuple[float, float, float]:
+    """Metres aside for each radian turned, by least squares over the track, and root mean squares [m] of what
+    that explains and of what it leaves; 0 if the headings differ by less than `least` [rad]."""
+    phi, aside, n = track[:, PHI], track[:, ASIDE], len(track)
+    if phi.max() - phi.min() < least:
+        return 0.0, 0.0, 0.0
+    turns, asides, both = 0.0, 0.0, 0.0
+    for k in range(n):
+        turn, off = phi[k] - phi.mean(), aside[k] - aside.mean()
+        turns, asides, both = turns + turn * turn / n, asides + off * off / n, both + turn * off / n
+    ahead = both / turns
+    return ahead, abs(ahead) * sqrt(turns), sqrt(max(asides - ahead * both, 0.0))
+
+
+def _unfollowed(track: Array) -> str:
     """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
-    now, then = track.last, track.before(0.5)
-    asked, told = now.asked - then.asked, now.v - then.v
+    now, then = latest(track), before(track, 0.5)
+    asked, told = now[ASKED] - then[ASKED], now[SPEED] - then[SPEED]
     if abs(told - asked) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(asked):
         return ""
     return f"speed sensor changes by {told:.2f} m/s where {asked:.2f} m/s was commanded: it is not used"
@@ -297,25 +321,25 @@ def _unfollowed(track: Odometers) -> str:
 
 
 def _steering(
-    known: Sensors, track: Odometers, steered: float, noise: Noise, way: float, body: Geometry
+    known: Sensors, track: Array, steered: float, noise: Noise, way: float, body: Geometry
 ) -> Sensors:
-    """With the verdict on the steering, and its angle."""
-    now, out = track.last, known.steering.problem != ""
-    angle = known.angle + steered if out else now.delta
+    """With the verdict on the steering, and its angle while its sensor is left out."""
+    out, unsteered = known.steering.problem != "", known.unsteered
     problem = left_aside(track, noise, body, out=out)
-    unsteered = known.unsteered
     gap = 0.0 if problem or out else unfollowed_angle(track, noise, body)
-    if gap and abs(drifted(track, STEERING_WINDOW, body)[0]) > 0.5 * abs(gap):
+    if gap and abs(drifted(track, STEERING_WINDOW, body.wheelbase)[0]) > 0.5 * abs(gap):
         problem = steering_words(track, WINDOWS[0], body)
     elif gap:
         unsteered = unsteered or f"the steering does not follow its commands: {gap:+.2f} rad off"
-    if problem and not out:
-        then = track.before(STEERING_WINDOW)
-        angle = then.steering + now.steered - then.steered
-    if problem or out:
-        angle = observe_steering(track, angle, noise, body)
-    proof = way if abs(angle) > _TELLING else 0.0
-    judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
-    moved = 0.0 if unsteered else known.moved + way
     still = "" if unsteered else unmoved(track, noise)
-    return replace(known, steering=judged, angle=angle, unsteered=unsteered, unmoved=still, moved=moved)
+    if not (problem or out):
+        if unsteered == known.unsteered and still == known.unmoved:
+            return known
+        return replace(known, unsteered=unsteered, unmoved=still, moved=0.0 if unsteered else known.moved)
+    then = before(track, STEERING_WINDOW)
+    angle = known.angle + steered if out else then[STEERING] + float(track[-1, STEERED]) - then[STEERED]
+    angle = observe_steering(track, angle, noise, body)
+    proof = way if abs(angle) > _TELLING else 0.0
+    # It is said once, with the first figures.
+    judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
+    return replace(known, steering=judged, angle=angle, unmoved=still)

@@ -4,7 +4,24 @@ from __future__ import annotations
 
 from math import atan, exp, sqrt, tan
 
-from estimation.odometry import SIGMAS, WINDOWS, Geometry, Noise, OdometerReading, Odometers
+from estimation.odometry import (
+    ALONG,
+    AT,
+    DELTA,
+    PHI,
+    SIGMAS,
+    STEERED,
+    STEERING,
+    TURNED,
+    WINDOWS,
+    Geometry,
+    Noise,
+    before,
+    index_before,
+    latest,
+)
+from estimation.types import Array
+from geometry.compiled import Array2, kernel
 
 _TURN_FLOOR, _ANGLE = 0.008, 0.12
 """Two turns that differ by so much agree [rad]; offsets of the steering up to so much [rad] are learnt."""
@@ -23,32 +40,37 @@ _OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
 _LEAST_WAY = 0.015  # [m] on which a turn tells nothing
 
 
-def left_aside(track: Odometers, noise: Noise, body: Geometry, *, out: bool) -> str:
+def left_aside(track: Array, noise: Noise, body: Geometry, *, out: bool) -> str:
     """Why the steering sensor is to be left out, or ""; `out`: it is left out already.
 
     Either the pose turns otherwise than any offset explains, or what lies between the two has changed.
     """
-    now, noisy = track.last, SIGMAS * sqrt(2.0) * noise.heading
+    noisy = SIGMAS * sqrt(2.0) * noise.heading
     for seconds in WINDOWS:
-        then = track.before(seconds)
-        moved, turned, told = now.along - then.along, now.phi - then.phi, now.turned - then.turned
+        moved, turned, told = _turns(track, seconds)
         most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / body.wheelbase
-        if abs(turned - told) > most and (out or _explains(track, then, turned, told, body.wheelbase)):
+        if abs(turned - told) > most and (out or _explains(track, seconds, turned, told, body.wheelbase)):
             return steering_words(track, seconds, body)
-    changed, moved = drifted(track, 1.0, body)
-    then = track.before(1.0)
-    told, asked = now.delta - then.delta, now.steered - then.steered
+    changed, moved = drifted(track, 1.0, body.wheelbase)
     if not moved:
         return ""
+    now, then = latest(track), before(track, 1.0)
+    told, asked = now[DELTA] - then[DELTA], now[STEERED] - then[STEERED]
     most = _DRIFT + 0.15 * abs(told) + 2.0 * body.wheelbase * (noisy + _TURN_LEAST) / moved
     explained = out or abs(told + changed - asked) < abs(told - asked)
     return steering_words(track, WINDOWS[0], body) if abs(changed) > most and explained else ""
 
 
-def steering_words(track: Odometers, seconds: float, body: Geometry) -> str:
+@kernel
+def _turns(track: Array2, seconds: float) -> tuple[float, float, float]:
+    """Distance [m] and turn [rad] of the pose over a window [s], and the turn by the steering sensor."""
+    now, then = track[-1], track[index_before(track, seconds)]
+    return now[ALONG] - then[ALONG], now[PHI] - then[PHI], now[TURNED] - then[TURNED]
+
+
+def steering_words(track: Array, seconds: float, body: Geometry) -> str:
     """What is said of a steering sensor that disagrees with the pose over a window [s]."""
-    now, then = track.last, track.before(seconds)
-    moved, turned, told = now.along - then.along, now.phi - then.phi, now.turned - then.turned
+    moved, turned, told = _turns(track, seconds)
     says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (told, turned))
     return (
         f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
@@ -56,70 +78,88 @@ def steering_words(track: Odometers, seconds: float, body: Geometry) -> str:
     )
 
 
-def drifted(track: Odometers, seconds: float, body: Geometry) -> tuple[float, float]:
-    """By how much the angle [rad] between turns and steering sensor has changed, and the shorter of the
-    two ways [m] that it is known from; 0 where the vehicle has hardly moved."""
-    ends = (track.last, track.before(seconds))
-    starts = [track.before(track.last.at - end.at + WINDOWS[0]) for end in ends]
-    ways = [end.along - start.along for end, start in zip(ends, starts, strict=True)]
-    least = min(map(abs, ways))
-    if least < _DRIFT_WAY:
-        return 0.0, 0.0
-    now, then = (
-        (end.phi - start.phi - end.turned + start.turned) / way
-        for end, start, way in zip(ends, starts, ways, strict=True)
-    )
-    return body.wheelbase * (now - then), least
+@kernel
+def drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, float]:
+    """By how much the angle [rad] between turns and steering sensor has changed in so long [s], and the
+    shorter of the two ways [m] that it is known from; 0 where the vehicle has hardly moved."""
+    now, then = track[-1], track[index_before(track, seconds)]
+    ends = (now, then)
+    least, angle = 1e9, 0.0
+    for k in range(2):
+        end = ends[k]
+        start = track[index_before(track, now[AT] - end[AT] + WINDOWS[0])]
+        way = end[ALONG] - start[ALONG]
+        least = min(least, abs(way))
+        if least < _DRIFT_WAY:
+            return 0.0, 0.0
+        aside = (end[PHI] - start[PHI] - end[TURNED] + start[TURNED]) / way
+        angle = aside if k == 0 else angle - aside
+    return wheelbase * angle, least
 
 
-def _explains(track: Odometers, then: OdometerReading, turned: float, told: float, wheelbase: float) -> bool:
-    """Whether the commands explain the turn of the pose [rad] better than that of the steering sensor."""
-    explained, last = 0.0, then
-    for each in track.moments:
-        if each.at <= then.at:
-            continue
-        angle = then.steering + 0.5 * (each.steered + last.steered) - then.steered
-        explained += (each.along - last.along) * tan(max(min(angle, 1.4), -1.4)) / wheelbase
-        last = each
+@kernel
+def _explains(track: Array2, seconds: float, turned: float, told: float, wheelbase: float) -> bool:
+    """Whether the commands of a window [s] explain the turn of the pose [rad] better than that of the
+    steering sensor."""
+    first, explained = index_before(track, seconds), 0.0
+    for k in range(first + 1, len(track)):
+        half = 0.5 * (track[k, STEERED] + track[k - 1, STEERED])
+        angle = track[first, STEERING] + half - track[first, STEERED]
+        explained += (track[k, ALONG] - track[k - 1, ALONG]) * tan(max(min(angle, 1.4), -1.4)) / wheelbase
     return abs(turned - explained) < abs(told - explained)
 
 
-def observe_steering(track: Odometers, angle: float, noise: Noise, body: Geometry) -> float:
+def observe_steering(track: Array, angle: float, noise: Noise, body: Geometry) -> float:
     """The steering [rad], from that of its commands, by how the pose turns."""
-    now, then = track.last, track.before(WINDOWS[0])
-    moved, turned = now.along - then.along, now.phi - then.phi
+    now, then = latest(track), before(track, WINDOWS[0])
+    moved, turned = now[ALONG] - then[ALONG], now[PHI] - then[PHI]
     if abs(moved) < _LEAST_WAY:
         return angle
-    lag = 0.5 * (now.steered - then.steered)  # the turn is that of the middle of the window
+    lag = 0.5 * (now[STEERED] - then[STEERED])  # the turn is that of the middle of the window
     std = body.wheelbase * sqrt(2.0) * (noise.heading + 1e-3) / abs(moved)
-    share = (1.0 - exp(-(now.at - track.moments[-2].at) / _OBSERVED)) / (1.0 + (std / _OBSERVED_STD) ** 2)
+    cycle = now[AT] - float(track[-2, AT])
+    share = (1.0 - exp(-cycle / _OBSERVED)) / (1.0 + (std / _OBSERVED_STD) ** 2)
     return angle + share * (atan(body.wheelbase * turned / moved) + lag - angle)
 
 
-def unmoved(track: Odometers, noise: Noise) -> str:
+def unmoved(track: Array, noise: Noise) -> str:
     """What is said of a steering sensor that stays as it is although another angle is commanded, or ""."""
-    now = then = track.last
-    for each in reversed(track.moments):
-        if abs(each.delta - now.delta) > _UNMOVED_MOST + SIGMAS * noise.steering:
-            break
-        then = each
-    asked = now.steered - then.steered
-    if now.at - then.at < _UNMOVED_TIME - 1e-9 or abs(asked) < _UNMOVED_LEAST + SIGMAS * noise.steering:
+    seconds, asked = _still(track, _UNMOVED_MOST + SIGMAS * noise.steering)
+    if seconds < _UNMOVED_TIME - 1e-9 or abs(asked) < _UNMOVED_LEAST + SIGMAS * noise.steering:
         return ""
-    return (
-        f"steering sensor has stayed at {now.delta:+.2f} rad where a change by {asked:+.2f} rad was commanded"
-    )
+    delta = track[-1, DELTA]
+    return f"steering sensor has stayed at {delta:+.2f} rad where a change by {asked:+.2f} rad was commanded"
 
 
-def unfollowed_angle(track: Odometers, noise: Noise, body: Geometry) -> float:
+@kernel
+def _still(track: Array2, most: float) -> tuple[float, float]:
+    """Time [s] for which the steering sensor has changed by `most` [rad] at most, and what was commanded
+    since [rad]."""
+    last = len(track) - 1
+    k = last
+    while k > 0 and abs(track[k - 1, DELTA] - track[last, DELTA]) <= most:
+        k -= 1
+    return track[last, AT] - track[k, AT], track[last, STEERED] - track[k, STEERED]
+
+
+def unfollowed_angle(track: Array, noise: Noise, body: Geometry) -> float:
     """By how much the steering stays aside [rad] of all that was commanded lately; 0 where it does not."""
-    now, then = track.last, track.before(STEERING_WINDOW)
-    late = [each.steered for each in track.recent(max(now.at - _STEERING_LAG, then.at))]
-    first = then.delta - then.steered
     # Steered far out it may be at a stop that is nearer than the limit.
-    out = max(body.steering - _STEERING_STOP, 0.0)
-    least, most, delta = (
-        max(min(each, out), -out) for each in (min(late) + first, max(late) + first, now.delta)
-    )
-    gap = delta - min(max(delta, least), most)
+    gap: float = _beyond(track, max(body.steering - _STEERING_STOP, 0.0))
     return gap if abs(gap) > _STEERING_GAP + SIGMAS * sqrt(2.0) * noise.steering else 0.0
+
+
+@kernel
+def _beyond(track: Array2, out: float) -> float:
+    """By how much the steering is beyond all angles [rad] commanded in the last `_STEERING_LAG`; angles
+    beyond `out` [rad] count as that."""
+    now, first = track[-1], index_before(track, STEERING_WINDOW)
+    since = max(now[AT] - _STEERING_LAG, track[first, AT])
+    least, most = now[STEERED], now[STEERED]
+    for k in range(len(track)):
+        if track[k, AT] >= since:
+            least, most = min(least, track[k, STEERED]), max(most, track[k, STEERED])
+    aside = track[first, DELTA] - track[first, STEERED]
+    least, most = max(min(least + aside, out), -out), max(min(most + aside, out), -out)
+    delta = max(min(now[DELTA], out), -out)
+    return float(delta - min(max(delta, least), most))

@@ -18,12 +18,11 @@ the mean of a few first measurements.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, exp, sin, sqrt
+from math import ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 
 from estimation.types import Array
-from geometry import wrap
 from geometry.compiled import Array1, Out1, inner, kernel
 
 _MEMORY = 3.0
@@ -79,8 +78,8 @@ def filtered(
         gained: what the commands have changed the speed by since then [m/s].
         curvature: of the vehicle's sharpest bend [1/m].
     """
-    heading = float(measured[2])
-    residual = _between(measured, follows, heading)
+    residual = np.empty(QUANTITIES)
+    _between(measured, follows, residual)
     run, pairs, variance = noise.run + 1, noise.pairs, noise.variance
     if noise.run > 0:  # else the last difference is of another run
         pairs += 1
@@ -92,11 +91,13 @@ def filtered(
     return state, known
 
 
-def _between(one: Array, other: Array, heading: float) -> Array:
-    """(5,) one state less another, along and across a heading [rad]."""
-    x, y, c, s = one[0] - other[0], one[1] - other[1], cos(heading), sin(heading)
-    turn = wrap(float(one[2] - other[2]))
-    return np.array((c * x + s * y, c * y - s * x, turn, one[3] - other[3], one[4] - other[4]))
+@kernel
+def _between(one: Array1, other: Array1, out: Out1) -> None:
+    """(5,) one state less another, along and across the heading of the first one."""
+    x, y, c, s = one[0] - other[0], one[1] - other[1], cos(one[2]), sin(one[2])
+    turn = one[2] - other[2]
+    out[0], out[1], out[2] = c * x + s * y, c * y - s * x, turn - 2.0 * pi * ceil((turn - pi) / (2.0 * pi))
+    out[3], out[4] = one[3] - other[3], one[4] - other[4]
 
 
 @inner

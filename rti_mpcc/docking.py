@@ -300,8 +300,11 @@ class DockingController:
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
-        s, monitor, found = actuation.correct_actuators(s, monitor, clock.now, config)
-        known = sensing.learnt(s, monitor, config)
+        records, actuators = actuation.compare_actuators(s, monitor, config)
+        corrected = ""
+        if actuators != last.actuators:
+            s, monitor, corrected = actuation.correct_actuators(s, monitor, records, actuators, config)
+        known = sensing.learnt(s, monitor, records[0], config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
         vehicle = replace(
@@ -311,13 +314,14 @@ class DockingController:
             disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
             poses=aim.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
             heading_hint=hint,
+            records=records,
             motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
         )
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
-        return s, (clock_remark, hint, found, *sensing.sensor_remarks(monitor, known))
+        return s, (clock_remark, hint, corrected, *sensing.sensor_remarks(monitor, known))
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """The remark on the first measured heading, as long as one as large is measured."""

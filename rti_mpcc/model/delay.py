@@ -24,7 +24,7 @@ class QueuedCommand(NamedTuple):
 
 def roll_forward(
     state: Array,
-    queue: Sequence[QueuedCommand],
+    queue: Sequence[QueuedCommand] | Array,
     now: float,
     until: float,
     *,
@@ -35,14 +35,20 @@ def roll_forward(
     """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands, (D1).
 
     Args:
-        queue: ordered by `begins`; before the first one nothing acts.
+        queue: ordered by `begins`, or as rows (n, 3); before the first one nothing acts.
         wheelbase: [m]; steering: the mechanical stop of the steering [rad].
         disturbance: what acts besides, see (O4); both states have the steering that is measured.
     """
     reached = state.copy()
-    commands = np.array(queue, dtype=np.float64).reshape(-1, len(QueuedCommand._fields))
-    _roll_forward(commands, now, until, *disturbance, steering, wheelbase, reached)
+    _roll_forward(as_rows(queue), now, until, *disturbance, steering, wheelbase, reached)
     return reached
+
+
+def as_rows(queue: Sequence[QueuedCommand] | Array) -> Array:
+    """The queue as an array (n, 3)."""
+    if isinstance(queue, np.ndarray):
+        return queue
+    return np.array(queue, dtype=np.float64).reshape(-1, len(QueuedCommand._fields))
 
 
 @kernel

@@ -12,19 +12,19 @@ vehicle has moved as its sensors say.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.odometry import Asked, Geometry, Noise
+from estimation.odometry import AT, Asked, Geometry, Noise, commanded_anew
 from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward
+from rti_mpcc.model.delay import QueuedCommand, as_rows, mean_rates, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, THETA, V, X, Y
 from rti_mpcc.types import Array, VehicleState
@@ -96,10 +96,10 @@ class StateMonitor:
         return heeded
 
     def commanded_anew(self, rates: Callable[[float, float], tuple[float, float]]) -> StateMonitor:
-        """With commands that turn out to act at other times, see `Odometers.commanded_anew`."""
+        """With commands that turn out to act at other times, see `estimation.odometry.commanded_anew`."""
         if self.sensors.track is None:
             return self
-        track = self.sensors.track.commanded_anew(rates)
+        track = commanded_anew(self.sensors.track, rates)
         return replace(self, sensors=replace(self.sensors, track=track))
 
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
@@ -125,8 +125,10 @@ def validate_measurement(
     if last.state is None or last.given is None or last.measured is None or last.reckoned is None or anew:
         return _first(last, read, problem, queue, now, config, disturbance)
 
+    rows = as_rows(queue)
+
     def rolled(state: Array) -> Array:
-        return by_commands(state, queue, last.at, now, config, disturbance)
+        return by_commands(state, rows, last.at, now, config, disturbance)
 
     expected, follows = rolled(last.state), rolled(last.measured)
     same = not problem and read.tolist() == last.given.tolist()
@@ -207,7 +209,7 @@ def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: C
     """The sensors, compared once more; anew where no time passed."""
     sensors, state = last.sensors, last.state
     assert state is not None
-    if sensors.track is None or now <= sensors.track.last.at:
+    if sensors.track is None or now <= sensors.track[-1, AT]:
         return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
     along, _, heading, speed, steering = last.noise.stds.tolist()
     noise = Noise(along, heading, speed, steering)
@@ -276,7 +278,7 @@ def _read(given: VehicleState) -> tuple[Array, str]:
 
 def by_commands(
     state: Array,
-    queue: tuple[QueuedCommand, ...],
+    queue: Sequence[QueuedCommand] | Array,
     begin: float,
     end: float,
     config: ControllerConfig,

@@ -8,7 +8,7 @@ from math import copysign, hypot, pi
 import numpy as np
 
 from estimation import DisturbanceEstimate
-from estimation.actuators import mean_rate
+from estimation.actuators import ActuatorRecord, mean_rate
 from estimation.disturbance import Motion, first_estimate, unseated, updated
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
@@ -128,11 +128,13 @@ def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     return Pose2(stopped[X], stopped[Y], stopped[PHI])
 
 
-def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
+def learnt(
+    s: ControllerState, monitor: StateMonitor, drive: ActuatorRecord, config: ControllerConfig
+) -> DisturbanceEstimate | None:
     """The disturbance after this cycle's measurement; nothing is learnt from one whose speed is doubted.
 
     A relocalised vehicle starts anew, as another disturbance may act there.
-    `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
+    `s`: of the last cycle, with the commands sent up to then; `monitor`, `drive`: with this measurement.
     """
     if monitor.measured is None or not config.disturbance.enabled:
         return s.vehicle.offsets
@@ -144,7 +146,7 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
     state, now = monitor.measured, monitor.at
     if before.at is not None and now - before.at > config.longest_cycle:
         before = unseated(before)  # a watchdog may have driven
-    asked = 0.0 if before.at is None else _acted(s, before.at, now)
+    asked = 0.0 if before.at is None else _acted(s, drive, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     turns = not monitor.sensors.speed.problem and s.vehicle.motion.unseen(config) == 0.0
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance, turns=turns)
@@ -158,9 +160,8 @@ def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> 
     return (*monitor.sensors.remarks, beside)
 
 
-def _acted(s: ControllerState, begin: float, end: float) -> float:
+def _acted(s: ControllerState, drive: ActuatorRecord, begin: float, end: float) -> float:
     """Mean of the acceleration that the commands made [m/s²], with a lag that is suspected."""
-    drive = s.vehicle.records[0]
     suspected = None if drive.suspected is None else mean_rate(drive, drive.suspected, begin, end)
     return mean_rates(s.queue, begin, end)[0] if suspected is None else suspected
 

@@ -7,7 +7,21 @@ from math import cos, sin, tan
 import numpy as np
 import pytest
 
-from estimation.odometry import Asked, Geometry, Noise, Odometers, moved_on
+from estimation.odometry import (
+    ALONG,
+    ASIDE,
+    DRIVEN,
+    PHI,
+    POSE_SPEED,
+    TOLD,
+    TURNED,
+    Asked,
+    Geometry,
+    Noise,
+    moved_on,
+    track_from,
+    ways_at,
+)
 from estimation.sensors import Sensors, compare_sensors
 
 H, WHEELBASE = 0.05, 2.5
@@ -25,29 +39,29 @@ def arc(k: int, speed: float, delta: float) -> np.ndarray:
 @pytest.mark.parametrize("speed", [0.8, -0.8])
 def test_on_an_arc_all_odometers_agree(speed: float) -> None:
     delta = 0.3
-    track = Odometers.start(0.0, arc(0, speed, delta), speed, delta)
+    track = track_from(0.0, arc(0, speed, delta), speed, delta)
     for k in range(1, 21):
         track = moved_on(track, k * H, arc(k, speed, delta), Asked(0.0, 0.0, delta, 0.0), EXACT, WHEELBASE)
-    last, way = track.last, speed * H * 20
-    assert last.along == pytest.approx(way, rel=1e-4)
-    assert last.told == pytest.approx(way)
-    assert last.driven == pytest.approx(way)
-    assert last.aside == pytest.approx(0.0, abs=1e-9)
-    assert last.turned == pytest.approx(last.phi, rel=1e-4)
-    assert track.v == pytest.approx(speed, abs=1e-3)
+    last, way = track[-1], speed * H * 20
+    assert last[ALONG] == pytest.approx(way, rel=1e-4)
+    assert last[TOLD] == pytest.approx(way)
+    assert last[DRIVEN] == pytest.approx(way)
+    assert last[ASIDE] == pytest.approx(0.0, abs=1e-9)
+    assert last[TURNED] == pytest.approx(last[PHI], rel=1e-4)
+    assert last[POSE_SPEED] == pytest.approx(speed, abs=1e-3)
 
 
 def test_a_distance_is_told_at_any_time_in_between() -> None:
-    track = Odometers.start(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
+    track = track_from(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
     for k in range(1, 11):
         track = moved_on(track, k * H, arc(k, 1.0, 0.1), Asked(0.0, 0.0, 0.1, 0.0), EXACT, WHEELBASE)
-    assert track.ways_at(0.33) == pytest.approx((0.33, 0.33))
-    assert track.ways_at(-1.0)[0] == 0.0
+    assert ways_at(track, 0.33) == pytest.approx((0.33, 0.33))
+    assert ways_at(track, -1.0)[0] == 0.0
 
 
 @pytest.mark.parametrize(("share", "left_out"), [(1.0, False), (1.03, False), (0.8, True), (1.2, True)])
 def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, left_out: bool) -> None:
-    known, speed = Sensors(track=Odometers.start(0.0, np.zeros(6), 0.0, 0.0)), 0.0
+    known, speed = Sensors(track=track_from(0.0, np.zeros(6), 0.0, 0.0)), 0.0
     x = 0.0
     for k in range(1, 41):
         asked = 0.4 * H
