@@ -44,7 +44,7 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 BLENDING = "rti_mpcc.paper.terms._add_slopes"
 OWN_UNIT = {"rti_mpcc.qp.pattern.BOUND_UNIT": 1.0}
 RELAXED = {"rti_mpcc.controller.WARM": WARM._replace(over_relaxation=1.6)}
-UNSCALED = {"rti_mpcc.qp.filling.ROW_SCALING_FROM": 1e9}
+UNSCALED = {"rti_mpcc.controller.ROW_SCALING_FROM": 1e9}
 TIGHT = {"solver": SolverSettings(max_iterations=20_000, tolerance=1e-7)}
 COARSE = {"rti_mpcc.qp.solver.FINE_TOLERANCE": SolverSettings().tolerance}
 IN_FULL = {"rti_mpcc.ocp.objectives.FIRM_TIME": 1e-9}
@@ -113,7 +113,7 @@ VARIATIONS = (
         what="progress of an arrival without a weight of its own",
         scenario="docking_behind",
         settings=PATIENT,
-        patches={"rti_mpcc.qp.filling.IDLE_WEIGHT": 1e-6},
+        patches={"rti_mpcc.controller.IDLE_WEIGHT": 1e-6},
     ),
     Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
     Variation(

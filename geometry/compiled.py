@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import logging
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, wraps
@@ -82,6 +83,7 @@ def kernel(function: Function) -> Function:
     def call(*given: Any) -> Any:
         return declared.run(*given)
 
+    declared.call = call
     return call  # type: ignore[return-value]
 
 
@@ -151,6 +153,7 @@ class _Kernel:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = f"{function.__module__}.{function.__qualname__}"
         self.run: Callable[..., Any] = self._first
+        self.call: Callable[..., Any] = function
         self.compiled, self.problem = False, ""
         self.function = function
 
@@ -173,8 +176,12 @@ class _Kernel:
             self.problem = str(error)
             self.run = numba.jit(signature, **_OPTIONS)(self.function)
         self.compiled = True
-        # Its own module calls it directly from then on: that is faster than by way of `call`.
-        self.function.__globals__[self.function.__name__] = self.run
+        # From then on all modules that have it call it directly: that is faster than by way of `call`.
+        name = self.function.__name__
+        own = (*_PACKAGES, self.function.__module__)
+        for module in [each for at, each in sys.modules.items() if at.startswith(own)]:
+            if getattr(module, name, None) is self.call:
+                setattr(module, name, self.run)
 
     def _cached(self, signature: Any) -> Any:
         kept.private(kept.user_directory())

@@ -18,7 +18,6 @@ from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
 from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
-    MARGIN_TIME,
     MEASURED,
     CorridorRows,
     corridor_rows,
@@ -26,8 +25,7 @@ from rti_mpcc.ocp.corridor_rows import (
     margin_deficit,
     relaxed_bounds,
 )
-from rti_mpcc.ocp.frame import LocalFrame
-from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.room import Room
@@ -35,6 +33,8 @@ from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
+    IDLE_WEIGHT,
+    ROW_SCALING_FROM,
     empty_values,
     fill_bounds,
     fill_corridor,
@@ -94,7 +94,7 @@ class RtiMpcc:
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
         self._linearisation: Linearisation | None = None
-        rows, columns = self._pattern.constraints.shape
+        rows, columns = self._pattern.shape
         self._guess = (np.zeros(columns), np.zeros(rows))
 
     @door()
@@ -203,16 +203,14 @@ class RtiMpcc:
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
-        self._solver.set_steps(steps)
-        fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
+        fill_cost(values, pattern, *cost, weights.slack, weights.scale, damping, IDLE_WEIGHT)
         if last is not None and len(last.dual) == len(values.lower):
-            change_of_scale = weights.scale / last.weights.scale
-            fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
-        fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
+            fill_curvature(values, pattern, states, step.state, last.dual, weights.scale / last.weights.scale)
+        fill_dynamics(values, pattern, *step, states)
+        fill_bounds(values, pattern, *bounds, states, controls, ROW_SCALING_FROM, steps.row_scaling)
         rows = self._rows(shifted, states) if along_path else None
-        drift = None if rows is None else free_response(states, lengths, wheelbase, MARGIN_TIME)
-        fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
+        drift = None if rows is None else free_response(states, lengths, wheelbase)
+        fill_corridor(values, pattern, rows, ROW_SCALING_FROM, steps.row_scaling)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -224,7 +222,7 @@ class RtiMpcc:
             rows=rows,
             drift=drift,
             bounds=bounds,
-            refused=self._solver.update(values),
+            refused=self._solver.update(values, steps),
             seconds=perf_counter() - begun,
         )
         return self._linearisation
@@ -253,13 +251,14 @@ class RtiMpcc:
         begun = perf_counter()
         linear = self._linearisation
         assert linear is not None
-        measured = linear.frame.states_in(state)
+        measured = linear.frame.states_in(state[None])[0]
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
         measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
-        fill_initial(self._values, measured - linear.states[0])
-        far_out = self._admit(measured, linear)
-        self._solver.allow(max(patience, PATIENCE) if far_out else patience)
-        result = self._solve(linear, measured - linear.states[0], ends, iterate)
+        change = measured - linear.states[0]
+        fill_initial(self._values, self._pattern, change)
+        if self._admit(measured, linear):
+            patience = max(patience, PATIENCE)
+        result = self._solve(linear, change, ends, iterate, patience)
         solution = self._read(linear, result, begun)
         if solution.solved:
             self._last = solution
@@ -299,15 +298,11 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
         """
+        comfort = self.config.comfort
         far_out = fill_motion_bounds(
-            self._values,
-            self._pattern,
-            measured,
-            linear.states,
-            linear.lengths,
-            linear.bounds,
-            self.config.comfort,
-        )
+            self._values, self._pattern, measured, linear.states, linear.lengths, *linear.bounds,
+            comfort.acceleration, comfort.steering_rate,
+        )  # fmt: skip
         if linear.rows is None or linear.drift is None:
             return far_out
         change, margin = (measured - linear.states[0])[:MEASURED], self.config.clearance.wanted
@@ -329,14 +324,19 @@ class RtiMpcc:
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
         )
-        fill_corridor_bounds(self._values, bounds)
+        fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin
 
     def _solve(
-        self, linear: Linearisation, change: Array, ends: Ends | None, iterate: tuple[Array, Array] | None
+        self,
+        linear: Linearisation,
+        change: Array,
+        ends: Ends | None,
+        iterate: tuple[Array, Array] | None,
+        patience: int,
     ) -> QpSolution:
         pattern = self._pattern
-        rows, columns = pattern.constraints.shape
+        rows, columns = pattern.shape
         primal, dual = np.zeros(columns), np.zeros(rows)
         primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
@@ -348,21 +348,20 @@ class RtiMpcc:
         self._guess = (primal, dual)
         if linear.refused:
             return self._solver.nothing(linear.refused)
-        return self._solver.solve(self._values, primal, dual, ends)
+        return self._solver.solve(self._values, primal, dual, ends, patience)
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
         change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
-        by = pattern.columns(change)
-        states = linear.frame.states_out(linear.states + by.states)
-        controls = shifted.controls + by.controls
+        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
+        controls = shifted.controls + change[pattern.control_columns]
         read_only(states, controls, shifted.times)
         return Solution(
             solved=result.solved,
             trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
-            slack=np.maximum(by.slack, 0.0),
+            slack=np.maximum(change[pattern.slack_columns], 0.0),
             weights=linear.weights,
             damping=linear.damping,
             dual=dual,

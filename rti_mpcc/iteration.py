@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
-from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.frenet import LocalFrame
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.qp.solver import AT_LIMIT, Stop
 from rti_mpcc.types import Array, Trajectory

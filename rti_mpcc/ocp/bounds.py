@@ -19,13 +19,12 @@ is far faster than it may be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Out3, kernel
+from geometry.compiled import Array1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
@@ -42,8 +41,7 @@ TURNING_SHARE = 0.99
 than 1: what the solver is off by is not to add up."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StageBounds:
+class StageBounds(NamedTuple):
     """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3)."""
 
     states: Array
@@ -111,17 +109,19 @@ def stage_bounds(
         controls,
     )
     if change is not None:
-        before, speeds, turning, lengths, rests, pressed = change
         jerk = faster**3 * config.comfort.jerk
-        if abs(speeds[0]) <= FAR_SPEED * limits.speed:
-            _bound_change(before, speeds[0], lengths, jerk, controls)
-        if config.weights.comfort[2] > 0.0:
-            calm = CALM_SPEED if pressed else inf
-            kept = TURNING_SHARE * np.abs(turning)
-            _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
-        if rests:
-            _bound_end(lengths, jerk, controls)
-    return StageBounds(states=states, controls=controls)
+        _bound_change(
+            change.before,
+            np.ascontiguousarray(change.speeds),
+            TURNING_SHARE * np.abs(change.turning),
+            change.lengths,
+            jerk if abs(change.speeds[0]) <= FAR_SPEED * limits.speed else inf,
+            jerk if change.rests else inf,
+            CALM_SPEED if change.pressed else inf,
+            config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
+            controls,
+        )
+    return StageBounds(states, controls)
 
 
 def _faster(change: Change, left: float, config: ControllerConfig) -> float:
@@ -154,35 +154,38 @@ def _stage_bounds(
 
 
 @kernel
-def _bound_change(before: float, speed: float, lengths: Array1, jerk: float, controls: Out3) -> None:
-    """(J1), within the limits."""
+def _bound_change(
+    before: float,
+    speeds: Array1,
+    kept: Array1,
+    lengths: Array1,
+    jerk: float,
+    jerk_at_end: float,
+    calm: float,
+    steering_rate: float,
+    controls: Out3,
+) -> None:
+    """(J1) to (J3), where the limits and the ones before leave them; a comfort value of `inf` is no bound."""
+    stages, speed = len(controls), speeds[0]
     free = before * speed <= 0.0 and speed * speed < (before * before / jerk) ** 2
-    allowed = jerk * lengths[0]
-    for k in range(len(controls)):
+    allowed, left = jerk * lengths[0], 0.0
+    for k in range(stages):
         lowest, highest = before - allowed, before + allowed
         if free:
             lowest, highest = min(lowest, 0.0), max(highest, 0.0)
-        low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
-        if low <= high:  # else it is beyond the limits, and only they count
-            controls[k, 0, 0], controls[k, 1, 0] = low, high
+        _narrow(controls, k, lowest, highest)
         allowed += jerk * lengths[k]
-
-
-@kernel
-def _bound_end(lengths: Array1, jerk: float, controls: Out3) -> None:
-    """(J2), where (J1) and the limits leave it."""
-    left = 0.0
-    for k in range(len(controls) - 1, -1, -1):
-        left += lengths[k]
-        low, high = max(controls[k, 0, 0], -jerk * left), min(controls[k, 1, 0], jerk * left)
-        if low <= high:
-            controls[k, 0, 0], controls[k, 1, 0] = low, high
-
-
-@kernel
-def _bound_turning(speeds: Array1, kept: Array1, calm: float, comfort: float, controls: Out3) -> None:
-    """(J3)."""
-    for k in range(len(controls)):
         if abs(speeds[k]) <= calm:
-            most = max(comfort, kept[k])
+            most = max(steering_rate, kept[k])
             controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)
+    for k in range(stages - 1, -1, -1):
+        left += lengths[k]
+        _narrow(controls, k, -jerk_at_end * left, jerk_at_end * left)
+
+
+@inner
+def _narrow(controls: Array, k: int, lowest: float, highest: float) -> None:
+    """Bound the acceleration of stage k further; beyond its bounds only they count."""
+    low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
+    if low <= high:
+        controls[k, 0, 0], controls[k, 1, 0] = low, high

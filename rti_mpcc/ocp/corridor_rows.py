@@ -95,7 +95,7 @@ def _corridor_rows(
     return acting
 
 
-def free_response(states: Array, lengths: Array, wheelbase: float, span: float) -> Array:
+def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
     """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
     (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
@@ -103,13 +103,13 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
                       + (s_k dphi + s_k²/2 ddelta (1 + tan²delta)/L) (-sin phi_k, cos phi_k)
 
     with s_k the way driven by then, negative in reverse, and delta the steering that the plan begins with.
-    The n stages are those that end within the `span`, and the first one whenever it ends.
+    The n stages are those that end within `MARGIN_TIME`, and the first one whenever it ends.
 
     Args:
-        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m]; span: [s].
+        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m].
     """
     elapsed = np.add.accumulate(lengths)
-    by = np.zeros((max(int(elapsed.searchsorted(span)), 1), POSE, MEASURED))
+    by = np.zeros((max(int(elapsed.searchsorted(MARGIN_TIME)), 1), POSE, MEASURED))
     _free_response(states, lengths, wheelbase, by)
     return by
 

@@ -22,22 +22,21 @@ MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-def stage_lengths(duration: float, first: float, stages: int, fine: float = FINE_STAGE) -> Array:
+def stage_lengths(duration: float, first: float, stages: int) -> Array:
     """Lengths (stages,) [s] of (G1) that sum up to `duration` [s], the first of them `first` [s].
 
-    A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];
-    where they grow it is the second one's.
+    A duration shorter than three first stages is stretched to that.
     """
     lengths = np.empty(stages)
-    _stage_lengths(max(duration, 3.0 * first) - first, first, fine, lengths)
+    _stage_lengths(max(duration, 3.0 * first) - first, first, lengths)
     return lengths
 
 
 @kernel
-def _stage_lengths(rest: float, first: float, fine: float, lengths: Out1) -> None:
+def _stage_lengths(rest: float, first: float, lengths: Out1) -> None:
     count, total = len(lengths) - 1, 0.0
     # A growth too small to be told from rounding is none.
-    growth = _growth(rest / fine, count) if rest > fine * count * (1.0 + 1e-6) else 0.0
+    growth = _growth(rest / FINE_STAGE, count) if rest > FINE_STAGE * count * (1.0 + 1e-6) else 0.0
     lengths[0] = first
     for k in range(count):
         lengths[k + 1] = exp(k * log1p(growth))
@@ -105,22 +104,15 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     return states
 
 
-def controls_over(plan: Trajectory, times: Array) -> Array:
-    """Mean controls (n, 3) of a plan over the n stages between `times` (n+1,), which rise.
+def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
+    """The same motion on another grid `times` (n+1,), which rise; the shift of the real-time iteration.
 
-    The means keep the integrals, so that speed, steering and progress agree with `states_at`.
-    Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
+    Controls are means over each stage: they keep the integrals, so that speed, steering and progress agree
+    with `states_at`. Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
     """
     controls = np.empty((len(times) - 1, CONTROLS))
     _controls_over(plan.times, plan.controls, times, controls)
-    return controls
-
-
-def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
-    """The same motion on another grid `times` (n+1,); the shift of the real-time iteration."""
-    return Trajectory(
-        times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times)
-    )
+    return Trajectory(times=times, states=states_at(plan, times, wheelbase), controls=controls)
 
 
 @inner

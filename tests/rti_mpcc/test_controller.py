@@ -166,7 +166,7 @@ def test_only_an_objective_that_leaves_the_path_drives_both_ways() -> None:
         mpcc = core([(1, 0.0, 20.0)])
         mpcc.set_goal(mpcc.part.pose(15.0))
         state = at(mpcc, 16.0)
-        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30, 0.1))
+        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30))
         plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
         arrived = repeat(mpcc, state, plan, 8, objective=objective)
         slowest = arrived.trajectory.states[:, V].min()

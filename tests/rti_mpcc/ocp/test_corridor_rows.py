@@ -219,7 +219,7 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
     lengths = np.append(0.05, np.full(29, 0.1))
     begin = np.array([0.3, -0.2, 0.7, speed, steering, 0.0])
     controls = np.zeros((len(lengths), CONTROLS))
-    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9, RETURN_TIME)
+    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9)
     assert np.cumsum(lengths)[len(by) - 1] < RETURN_TIME <= np.cumsum(lengths)[len(by)]
 
     def poses(measured: Array) -> Array:
