@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from rti_mpcc.config import SolverSettings, Weights
-from rti_mpcc.ocp.corridor_rows import CorridorRows, corridor_rows
+from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.paper import PUBLISHED
 from rti_mpcc.qp.solver import WARM
 from rti_mpcc.types import Array
@@ -54,9 +54,9 @@ def _nothing(*_: object) -> None:
     """In place of a function that only writes."""
 
 
-def _as_they_are(rows: CorridorRows, *_: object, **__: object) -> Array:
+def _as_they_are(lower: Array, *_: object) -> Array:
     """In place of what relaxes the bounds of rows."""
-    return rows.lower
+    return lower
 
 
 VARIATIONS = (

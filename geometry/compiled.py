@@ -44,7 +44,7 @@ Out1: TypeAlias = Array
 Out2: TypeAlias = Array
 Out3: TypeAlias = Array
 Out4: TypeAlias = Array
-"""Arrays that a kernel writes into."""
+"""Arrays that a kernel writes into, or returns."""
 IndexOut1: TypeAlias = Index
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -64,12 +64,17 @@ _TYPES: dict[str, types.Type] = {
     "float": types.float64,
     "int": types.int64,
     "bool": types.boolean,
-    **{f"tuple[{', '.join(['float'] * n)}]": types.UniTuple(types.float64, n) for n in range(2, 7)},
     **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
     **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
     **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3, 4)},
     "IndexOut1": _array(types.int64, 1, written=True),
 }
+
+
+def _type_of(annotation: str) -> types.Type:
+    if annotation.startswith("tuple["):
+        return types.BaseTuple.from_types([_TYPES[each] for each in annotation[6:-1].split(", ")])
+    return _TYPES[annotation]
 
 
 def kernel(function: Function) -> Function:
@@ -164,8 +169,8 @@ class _Kernel:
     def ready(self) -> None:
         """Load or compile it for the types that its annotations say; it refuses others."""
         annotations = dict(self.function.__annotations__)
-        result = _TYPES[annotations.pop("return")]
-        signature = result(*(_TYPES[each] for each in annotations.values()))
+        result = _type_of(annotations.pop("return"))
+        signature = result(*(_type_of(each) for each in annotations.values()))
         try:
             self.run = self._cached(signature)
             with suppress(OSError):
@@ -178,10 +183,10 @@ class _Kernel:
         self.compiled = True
         # From then on all modules that have it call it directly: that is faster than by way of `call`.
         name = self.function.__name__
-        own = (*_PACKAGES, self.function.__module__)
-        for module in [each for at, each in sys.modules.items() if at.startswith(own)]:
-            if getattr(module, name, None) is self.call:
-                setattr(module, name, self.run)
+        ours = (vars(module) for at, module in sys.modules.items() if at.startswith(_PACKAGES))
+        for names in (self.function.__globals__, *ours):
+            if names.get(name) is self.call:
+                names[name] = self.run
 
     def _cached(self, signature: Any) -> Any:
         kept.private(kept.user_directory())

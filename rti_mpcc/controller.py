@@ -182,7 +182,7 @@ class RtiMpcc:
             wheels=target.wheels or 0.0,
             terms=partial(objective.add_terms, plan_here),
         )
-        step = linearised_step(states[:-1], controls, lengths, wheelbase)
+        step = linearised_step(states, controls, lengths, wheelbase)
         along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
         most = self._speeds(shifted) if along_path else None
         change = None
@@ -206,7 +206,7 @@ class RtiMpcc:
         fill_cost(values, pattern, *cost, weights.slack, weights.scale, damping, IDLE_WEIGHT)
         if last is not None and len(last.dual) == len(values.lower):
             fill_curvature(values, pattern, states, step.state, last.dual, weights.scale / last.weights.scale)
-        fill_dynamics(values, pattern, *step, states)
+        fill_dynamics(values, pattern, *step, lengths, states)
         fill_bounds(values, pattern, *bounds, states, controls, ROW_SCALING_FROM, steps.row_scaling)
         rows = self._rows(shifted, states) if along_path else None
         drift = None if rows is None else free_response(states, lengths, wheelbase)
@@ -313,16 +313,16 @@ class RtiMpcc:
         spare = margin - self.config.planned_minimum
         vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
-            linear.rows,
+            linear.rows.lower,
             missing,
             np.add.accumulate(linear.lengths),
             distances(linear.states),
             self._trails,
-            margin=margin,
-            noise=CONTACT_TOLERANCE,
-            most=np.minimum(np.maximum(lack, spare), margin),
-            over=np.maximum(lack - margin, 0.0),
-            far=vehicle.rear if direction > 0 else vehicle.front,
+            margin,
+            CONTACT_TOLERANCE,
+            np.minimum(np.maximum(lack, spare), margin),
+            np.maximum(lack - margin, 0.0),
+            vehicle.rear if direction > 0 else vehicle.front,
         )
         fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin

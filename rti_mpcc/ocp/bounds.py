@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Out3, inner, kernel
+from geometry.compiled import Array1, Out3, inner, kernel, record
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
@@ -41,11 +41,12 @@ TURNING_SHARE = 0.99
 than 1: what the solver is off by is not to add up."""
 
 
+@record
 class StageBounds(NamedTuple):
     """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3)."""
 
-    states: Array
-    controls: Array
+    states: Out3
+    controls: Out3
 
 
 class Change(NamedTuple):
@@ -96,8 +97,7 @@ def stage_bounds(
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
-    states, controls = np.empty((2, len(theta) - 1, 2, 3))
-    _stage_bounds(
+    bounds = _stage_bounds(
         direction,
         np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
@@ -105,8 +105,6 @@ def stage_bounds(
         target.stop + overrun(target) if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate * disturbance.rate_share,
-        states,
-        controls,
     )
     if change is not None:
         jerk = faster**3 * config.comfort.jerk
@@ -119,9 +117,9 @@ def stage_bounds(
             jerk if change.rests else inf,
             CALM_SPEED if change.pressed else inf,
             config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
-            controls,
+            bounds.controls,
         )
-    return StageBounds(states, controls)
+    return bounds
 
 
 def _faster(change: Change, left: float, config: ControllerConfig) -> float:
@@ -139,11 +137,10 @@ def _stage_bounds(
     farthest: float,
     acceleration: tuple[float, float],
     steering_rate: float,
-    states: Out3,
-    controls: Out3,
-) -> None:
+) -> StageBounds:
     """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
-    for k in range(len(states)):
+    states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
+    for k in range(len(most)):
         speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
         states[k, 0, 1], states[k, 1, 1] = steering
@@ -151,6 +148,7 @@ def _stage_bounds(
         controls[k, 0, 0], controls[k, 1, 0] = acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
+    return StageBounds(states, controls)
 
 
 @kernel

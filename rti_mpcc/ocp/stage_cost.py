@@ -67,7 +67,6 @@ def quadratic_cost(
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
-    control_hessian, control_gradient = np.empty((2, len(controls), CONTROLS))
     if errors is not None:
         on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
         _add_errors(*errors, on_errors, hessian, gradient)
@@ -82,8 +81,7 @@ def quadratic_cost(
     _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
     on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
     on_excess = beyond.acceleration, comfort.acceleration, beyond.steering_rate, comfort.steering_rate
-    _control_cost(controls, *on_controls, *on_excess, control_hessian, control_gradient)
-    return QuadraticCost(hessian, gradient, control_hessian, control_gradient)
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, *on_excess))
 
 
 @inner
@@ -147,10 +145,9 @@ def _control_cost(
     most_acceleration: float,
     on_steering_rate: Array1,
     most_steering_rate: float,
-    hessian: Out2,
-    gradient: Out2,
-) -> None:
-    """Equation (C2), and what goes beyond comfort of a and delta_dot, (C4)."""
+) -> tuple[Out2, Out2]:
+    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
+    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         hessian[k, A] = 2.0 * acceleration[k]
         hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
@@ -165,6 +162,7 @@ def _control_cost(
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
             gradient[k, j] += 2.0 * weight * excess * slope
             hessian[k, j] += 2.0 * weight * slope**2
+    return hessian, gradient
 
 
 @kernel

@@ -142,19 +142,20 @@ def _expand(
                 base += terms.steering * abs(steering - steering_of(bent, terms))
                 if sign * incoming < 0.0:
                     base += terms.cusp
-            x, y, phi, clear, driven, extra = _drive(tree, node, sign, curvature, terms, work)
+            driven, extra = _drive(tree, node, sign, curvature, terms, work)
             if driven < _SHORTEST * terms.check:
                 continue
             cost = base + (terms.ahead if sign > 0 else terms.back) * driven + extra
             if cost < whole.best[COST]:
-                _enter(tree, node, x, y, phi, clear, sign * driven, curvature, cost, other, grid, terms)
+                _enter(tree, node, cost, other, grid, terms)
 
 
 @inner
 def _drive(
     tree: Tree, node: int, sign: int, curvature: float, terms: Terms, work: SearchWorkspace
-) -> tuple[float, float, float, float, float, float]:
-    """End of an arc from a node: pose, clearance there [m], length driven [m], and cost of closeness."""
+) -> tuple[float, float]:
+    """Drive an arc from a node; its end is the tree's next node, if it is entered. Returns the length driven
+    [m], and the cost of closeness."""
     x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.clearance[node]
     longest = terms.arc * (2.0 if clear >= terms.open else 1.0)
     lever = 1.0 + terms.reach * abs(curvature)
@@ -170,31 +171,22 @@ def _drive(
             extra += step * closeness_of(clear, terms)
         if halves > 0 or ahead < terms.margin:
             halves += 1
-    return x, y, phi, clear, driven, extra
+    new = tree.counters[NODES]
+    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
+    tree.arc[new, 0], tree.arc[new, 1], tree.clearance[new] = sign * driven, curvature, clear
+    return driven, extra
 
 
 @inner
-def _enter(
-    tree: Tree,
-    node: int,
-    x: float,
-    y: float,
-    phi: float,
-    clear: float,
-    length: float,
-    curvature: float,
-    cost: float,
-    other: Tree,
-    grid: CostToGo,
-    terms: Terms,
-) -> None:
-    """Queue a pose that was reached from a node, if it is the cheapest in its cell so far."""
-    root, target = tree.pose[0], other.pose[0]
+def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, terms: Terms) -> None:
+    """Queue the pose to which an arc from a node was driven, if it is the cheapest in its cell so far."""
+    new, root, target = tree.counters[NODES], tree.pose[0], other.pose[0]
+    x, y, phi, clear = tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2], tree.clearance[new]
     share = 0.5 if clear >= terms.open else 1.0
     if clear < terms.tight:
         near = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])) < terms.fine
         share = terms.finer if near else share
-    key = lattice_key(tree, x, y, phi, length > 0.0, share, terms.cell)
+    key = lattice_key(tree, new, share, terms.cell)
     at = slot_of(tree.keys, key)
     taken = tree.keys[at] != EMPTY
     if taken and tree.cost[tree.in_cell[at]] <= cost:
@@ -202,11 +194,8 @@ def _enter(
     left = max(least_to(x, y, phi, target, terms), cost_at(grid, x, y))
     if left == inf:
         return
-    new = tree.counters[NODES]
     tree.counters[NODES] = new + 1
-    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
-    tree.arc[new, 0], tree.arc[new, 1] = length, curvature
-    tree.cost[new], tree.clearance[new], tree.parent[new], tree.closed[new] = cost, clear, node, 0
+    tree.cost[new], tree.parent[new], tree.closed[new] = cost, node, 0
     priority = cost + terms.weight * left
     tree.counters[QUEUED] = push(tree.priority, tree.member, tree.counters[QUEUED], priority, new)
     if taken:  # the node that had the cell is not expanded any more

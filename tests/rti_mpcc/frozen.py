@@ -185,9 +185,9 @@ class FrozenProblem:
         cost.state_gradient[:, THETA] += self.nearing
         scale, slack = self.weights.scale, self.weights.slack
         fill_cost(values, pattern, *cost, slack, scale, self.damping, IDLE_WEIGHT)
-        step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
+        step = linearised_step(states, controls, self.lengths, wheelbase)
         fill_curvature(values, pattern, states, step.state, dual, 1.0)
-        fill_dynamics(values, pattern, *step, states)
+        fill_dynamics(values, pattern, *step, self.lengths, states)
         fill_bounds(values, pattern, *self.bounds, states, controls, ROW_SCALING_FROM, ROW_SCALING_MOST)
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted

@@ -10,7 +10,6 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -21,6 +20,7 @@ from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.qp.solver import COLD
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.model_steps import step
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
 TIGHT = SolverSettings(tolerance=1e-6, max_iterations=100_000)

@@ -152,16 +152,16 @@ def relieved(
         return rows.lower
     over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
     return relaxed_bounds(
-        rows,
+        rows.lower,
         missing,
         elapsed,
         np.full(len(elapsed), travelled),
         np.zeros(5) if trails is None else trails,
-        margin=margin,
-        noise=NOISE,
-        most=np.full(rows.lower.shape[2], margin if most is None else most),
-        over=over,
-        far=0.0,
+        margin,
+        NOISE,
+        np.full(rows.lower.shape[2], margin if most is None else most),
+        over,
+        0.0,
     )
 
 

@@ -5,10 +5,10 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import distances, resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.model_steps import step
 
 WHEELBASE = 2.875
 

@@ -27,6 +27,7 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import BOUND_UNIT, CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
 from rti_mpcc.types import Array
+from tests.rti_mpcc.model_steps import by_control, by_state
 
 N, PIECES, SIDES = 6, 3, 2
 SLACK, SCALE = 700.0, 1e-3
@@ -38,6 +39,7 @@ class Parts(NamedTuple):
     controls: Array
     cost: QuadraticCost
     step: ModelStep
+    lengths: Array
     bounds: StageBounds
     rows: CorridorRows
     initial: Array
@@ -57,6 +59,7 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
     hessian = np.einsum("kri,krj->kij", residuals, residuals) * 100.0
     lower = random.uniform(-2.0, -1.0, (2, N, 3))
     upper = random.uniform(1.0, 3.0, (2, N, 3))
+    lengths = random.uniform(0.05, 0.4, N)
     return Parts(
         states,
         controls,
@@ -66,7 +69,8 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
             random.uniform(0.0, 9.0, (N, CONTROLS)),
             random.standard_normal((N, CONTROLS)),
         ),
-        linearised_step(states[:-1], controls, random.uniform(0.05, 0.4, N), 2.875),
+        linearised_step(states, controls, lengths, 2.875),
+        lengths,
         StageBounds(
             states=np.stack([lower[0], upper[0]], axis=1), controls=np.stack([lower[1], upper[1]], axis=1)
         ),
@@ -83,7 +87,7 @@ def filled(
     values = values or empty_values(pattern)
     scaling = ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
     fill_cost(values, pattern, *parts.cost, SLACK, SCALE, 0.0, IDLE_WEIGHT)
-    fill_dynamics(values, pattern, *parts.step, parts.states)
+    fill_dynamics(values, pattern, *parts.step, parts.lengths, parts.states)
     fill_bounds(values, pattern, *parts.bounds, parts.states, parts.controls, *scaling)
     fill_corridor(values, pattern, parts.rows, *scaling)
     fill_initial(values, pattern, parts.initial)
@@ -124,7 +128,7 @@ def dense(parts: Parts) -> Dense:
     for k in range(N):
         for i in range(STATES):
             defect = parts.states[k + 1, i] - parts.step.state[k, i]
-            slopes = [(z[k], parts.step.by_state[k, i]), (u[k], parts.step.by_control[k, i])]
+            slopes = [(z[k], by_state(parts.step)[k, i]), (u[k], by_control(parts.step, parts.lengths)[k, i])]
             row([*slopes, (z[k + 1], -one[i])], defect, defect, STATE_UNITS[i])
     for k in range(N):
         for j, i in enumerate(BOUNDED):
