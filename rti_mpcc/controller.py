@@ -16,7 +16,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
-from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
+from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     CorridorRows,
@@ -130,14 +130,12 @@ class RtiMpcc:
         Args:
             at: when the plan begins [s], that is when its first control begins to act.
             target: what it is to end in; None: the last one.
-            last: the solution to go on from; default: this object's last one.
-            plan: a trajectory to begin afresh from, with nothing kept of the last solution.
-            objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place; default:
-                contouring over the cruise horizon.
+            last: the solution to continue from; default: this object's last one.
+            plan: a trajectory to start afresh from, with nothing kept of the last solution.
+            objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place.
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            steps: how the solver steps; None: `WARM` from the last solution, `COLD` from a `plan`, which may
-                be far from its optimum.
-            again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
+            steps: of the solver; None: `WARM` from a solution, `COLD` from a `plan`, far from its optimum.
+            again: the same QP is resumed: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
             first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can.
@@ -146,16 +144,13 @@ class RtiMpcc:
         config, wheelbase = self.config, self.config.vehicle.wheelbase
         objective = config.objective.on_horizon(objective)
         self.target = target = target or self.target
-        if plan is not None:
-            last = None
-            if not again:
-                self._solver.forget()
-        else:
-            last = last or self._last
-            plan = last.trajectory if last else None
-        steps = steps or (COLD if last is None else WARM)
+        last = (last or self._last) if plan is None else None
+        if plan is not None and not again:
+            self._solver.forget()
+        plan = last.trajectory if last is not None else plan
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
+        steps = steps or (COLD if last is None else WARM)
 
         lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
@@ -168,24 +163,14 @@ class RtiMpcc:
         if weights.follows_path:
             reference = frame.reference_in(objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
-        plan_here = Linearised(
-            shifted.states, states, controls, errors, weights, self._corridor, self.index, config
-        )
+        goal, wheels, index = frame.pose_in(target.pose), target.wheels or 0.0, self.index
+        here = Linearised(shifted.states, states, controls, errors, weights, self._corridor, index, config)
+        terms = partial(objective.add_terms, here)
         cost = quadratic_cost(
-            states,
-            controls,
-            weights,
-            errors,
-            frame.pose_in(target.pose),
-            wheelbase,
-            config.comfort,
-            wheels=target.wheels or 0.0,
-            terms=partial(objective.add_terms, plan_here),
+            states, controls, weights, errors, goal, wheelbase, config.comfort, wheels=wheels, terms=terms
         )
         step = linearised_step(states, controls, lengths, wheelbase)
-        along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
-        most = self._speeds(shifted) if along_path else None
-        change = None
+        along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
         if before is not None:
             pressed = first if last is None else self._pressed(last, states[0])
             change = Change(before, states[:-1, V], controls[:, DELTA_DOT], lengths, rests, pressed)
@@ -197,7 +182,7 @@ class RtiMpcc:
             ends=objective.ends,
             turns=not along_path,
             disturbance=disturbance,
-            most=most,
+            most=self._speeds(shifted) if along_path else None,
             change=change,
         )
         objective.bound(bounds, target, theta, self.part.direction, config)
@@ -242,9 +227,7 @@ class RtiMpcc:
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
-            ends: asked now and then whether the QP must come to an end.
-            iterate: how far this QP had come when it was stopped before.
-            patience: how many times the configured iterations the solver may take.
+            ends, patience: see `QpSolver.solve`; iterate: how far this QP was when it was stopped before.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)
@@ -253,19 +236,25 @@ class RtiMpcc:
         assert linear is not None
         measured = linear.frame.states_in(state[None])[0]
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
+        measured[THETA] = min(measured[THETA], self.target.farthest)
         change = measured - linear.states[0]
         fill_initial(self._values, self._pattern, change)
-        if self._admit(measured, linear):
+        if self._admit(measured, change, linear):
             patience = max(patience, PATIENCE)
-        result = self._solve(linear, change, ends, iterate, patience)
+        if iterate is None or len(iterate[1]) != len(self._values.lower):
+            iterate = self._first_iterate(change)
+        self._guess = iterate
+        if linear.refused:
+            result = self._solver.nothing(linear.refused)
+        else:
+            result = self._solver.solve(self._values, *self._guess, ends, patience)
         solution = self._read(linear, result, begun)
         if solution.solved:
             self._last = solution
         return solution
 
     def problem(self) -> QpProblem:
-        """The QP as it is now: after `feedback` the one that was solved last. For study off line."""
+        """The QP as it is now, after `feedback` the one that was solved last: for study off line."""
         return problem_of(self._pattern, self._values, *self._guess)
 
     def _speeds(self, plan: Trajectory) -> Array | None:
@@ -292,8 +281,9 @@ class RtiMpcc:
         beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
         return bool(beyond) or float(last.slack.max()) > spare
 
-    def _admit(self, measured: Array, linear: Linearisation) -> bool:
-        """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
+    def _admit(self, measured: Array, change: Array, linear: Linearisation) -> bool:
+        """Widen bounds on v and delta, and the corridor, as far as a measured state (6,) needs it, which is a
+        `change` (6,) off the one linearised about.
 
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
@@ -305,8 +295,8 @@ class RtiMpcc:
         )  # fmt: skip
         if linear.rows is None or linear.drift is None:
             return far_out
-        change, margin = (measured - linear.states[0])[:MEASURED], self.config.clearance.wanted
-        missing = margin_deficit(linear.rows, linear.drift, change)
+        margin = self.config.clearance.wanted
+        missing = margin_deficit(linear.rows, linear.drift, change[:MEASURED])
         if missing is None:
             return far_out
         lack = missing[0].max(axis=0)
@@ -327,14 +317,8 @@ class RtiMpcc:
         fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin
 
-    def _solve(
-        self,
-        linear: Linearisation,
-        change: Array,
-        ends: Ends | None,
-        iterate: tuple[Array, Array] | None,
-        patience: int,
-    ) -> QpSolution:
+    def _first_iterate(self, change: Array) -> tuple[Array, Array]:
+        """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
         pattern = self._pattern
         rows, columns = pattern.shape
         primal, dual = np.zeros(columns), np.zeros(rows)
@@ -343,12 +327,7 @@ class RtiMpcc:
             primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
             if len(self._last.dual) == rows:
                 dual = self._last.dual * self._values.row_scaling
-        if iterate is not None and len(iterate[1]) == len(dual):
-            primal, dual = iterate
-        self._guess = (primal, dual)
-        if linear.refused:
-            return self._solver.nothing(linear.refused)
-        return self._solver.solve(self._values, primal, dual, ends, patience)
+        return primal, dual
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory

@@ -27,10 +27,9 @@ import numpy as np
 from geometry.compiled import Array1, Out3, inner, kernel, record
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array
 
-OVERRUN = 0.1  # [m] of the progress past the stop point of a goal pose (published code)
 HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
 CALM_SPEED = 0.1  # [m/s]; slower, a plan turns the wheels within comfort
 PASSED_DISTANCE = 0.5  # [m]; passed by less, the vehicle still has that distance left
@@ -62,11 +61,6 @@ class Change(NamedTuple):
     lengths: Array
     rests: bool = False
     pressed: bool = True
-
-
-def overrun(target: Target) -> float:
-    """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
-    return OVERRUN if target.kind is TargetKind.POSE else 0.0
 
 
 def stage_bounds(
@@ -102,7 +96,7 @@ def stage_bounds(
         np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
         (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
-        target.stop + overrun(target) if ends else inf,
+        target.farthest if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate * disturbance.rate_share,
     )

@@ -23,7 +23,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
@@ -335,7 +335,7 @@ def _freeze(
     config, frame, target = mpcc.config, linear.frame, mpcc.target
     measured = frame.states_in(state[None])[0]
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
-    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
+    measured[THETA] = min(measured[THETA], target.farthest)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta)
     objective = config.objective.on_horizon(options.get("objective", CONTOURING))
