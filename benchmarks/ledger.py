@@ -148,7 +148,7 @@ def _first_control(problem: QpProblem, config: ControllerConfig) -> Index:
     pieces = body_of(config.vehicle, PIECES).pieces
     for sides in (2, 3):
         pattern = build_pattern(config.stages, pieces, sides)
-        if pattern.constraints.shape == problem.constraints.shape:
+        if pattern.shape == problem.constraints.shape:
             columns: Index = pattern.control_columns[0, :2]
             return columns
     raise LookupError(f"no pattern of {config.stages} stages has shape {problem.constraints.shape}")

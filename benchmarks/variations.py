@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from rti_mpcc.config import SolverSettings, Weights
-from rti_mpcc.ocp.corridor_rows import CorridorRows, corridor_rows
+from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.paper import PUBLISHED
 from rti_mpcc.qp.solver import WARM
 from rti_mpcc.types import Array
@@ -44,7 +44,7 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 BLENDING = "rti_mpcc.paper.terms._add_slopes"
 OWN_UNIT = {"rti_mpcc.qp.pattern.BOUND_UNIT": 1.0}
 RELAXED = {"rti_mpcc.controller.WARM": WARM._replace(over_relaxation=1.6)}
-UNSCALED = {"rti_mpcc.qp.filling.ROW_SCALING_FROM": 1e9}
+UNSCALED = {"rti_mpcc.controller.ROW_SCALING_FROM": 1e9}
 TIGHT = {"solver": SolverSettings(max_iterations=20_000, tolerance=1e-7)}
 COARSE = {"rti_mpcc.qp.solver.FINE_TOLERANCE": SolverSettings().tolerance}
 IN_FULL = {"rti_mpcc.ocp.objectives.FIRM_TIME": 1e-9}
@@ -54,9 +54,9 @@ def _nothing(*_: object) -> None:
     """In place of a function that only writes."""
 
 
-def _as_they_are(rows: CorridorRows, *_: object, **__: object) -> Array:
+def _as_they_are(lower: Array, *_: object) -> Array:
     """In place of what relaxes the bounds of rows."""
-    return rows.lower
+    return lower
 
 
 VARIATIONS = (
@@ -113,7 +113,7 @@ VARIATIONS = (
         what="progress of an arrival without a weight of its own",
         scenario="docking_behind",
         settings=PATIENT,
-        patches={"rti_mpcc.qp.filling.IDLE_WEIGHT": 1e-6},
+        patches={"rti_mpcc.controller.IDLE_WEIGHT": 1e-6},
     ),
     Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
     Variation(

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import logging
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, wraps
@@ -43,7 +44,7 @@ Out1: TypeAlias = Array
 Out2: TypeAlias = Array
 Out3: TypeAlias = Array
 Out4: TypeAlias = Array
-"""Arrays that a kernel writes into."""
+"""Arrays that a kernel writes into, or returns."""
 IndexOut1: TypeAlias = Index
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -63,12 +64,17 @@ _TYPES: dict[str, types.Type] = {
     "float": types.float64,
     "int": types.int64,
     "bool": types.boolean,
-    **{f"tuple[{', '.join(['float'] * n)}]": types.UniTuple(types.float64, n) for n in range(2, 7)},
     **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
     **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
     **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3, 4)},
     "IndexOut1": _array(types.int64, 1, written=True),
 }
+
+
+def _type_of(annotation: str) -> types.Type:
+    if annotation.startswith("tuple["):
+        return types.BaseTuple.from_types([_TYPES[each] for each in annotation[6:-1].split(", ")])
+    return _TYPES[annotation]
 
 
 def kernel(function: Function) -> Function:
@@ -82,6 +88,7 @@ def kernel(function: Function) -> Function:
     def call(*given: Any) -> Any:
         return declared.run(*given)
 
+    declared.call = call
     return call  # type: ignore[return-value]
 
 
@@ -151,6 +158,7 @@ class _Kernel:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = f"{function.__module__}.{function.__qualname__}"
         self.run: Callable[..., Any] = self._first
+        self.call: Callable[..., Any] = function
         self.compiled, self.problem = False, ""
         self.function = function
 
@@ -161,8 +169,8 @@ class _Kernel:
     def ready(self) -> None:
         """Load or compile it for the types that its annotations say; it refuses others."""
         annotations = dict(self.function.__annotations__)
-        result = _TYPES[annotations.pop("return")]
-        signature = result(*(_TYPES[each] for each in annotations.values()))
+        result = _type_of(annotations.pop("return"))
+        signature = result(*(_type_of(each) for each in annotations.values()))
         try:
             self.run = self._cached(signature)
             with suppress(OSError):
@@ -173,8 +181,12 @@ class _Kernel:
             self.problem = str(error)
             self.run = numba.jit(signature, **_OPTIONS)(self.function)
         self.compiled = True
-        # Its own module calls it directly from then on: that is faster than by way of `call`.
-        self.function.__globals__[self.function.__name__] = self.run
+        # From then on all modules that have it call it directly: that is faster than by way of `call`.
+        name = self.function.__name__
+        ours = (vars(module) for at, module in sys.modules.items() if at.startswith(_PACKAGES))
+        for names in (self.function.__globals__, *ours):
+            if names.get(name) is self.call:
+                names[name] = self.run
 
     def _cached(self, signature: Any) -> Any:
         kept.private(kept.user_directory())

@@ -16,9 +16,8 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
-from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
+from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
-    MARGIN_TIME,
     MEASURED,
     CorridorRows,
     corridor_rows,
@@ -26,8 +25,7 @@ from rti_mpcc.ocp.corridor_rows import (
     margin_deficit,
     relaxed_bounds,
 )
-from rti_mpcc.ocp.frame import LocalFrame
-from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.room import Room
@@ -35,6 +33,8 @@ from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
+    IDLE_WEIGHT,
+    ROW_SCALING_FROM,
     empty_values,
     fill_bounds,
     fill_corridor,
@@ -94,7 +94,7 @@ class RtiMpcc:
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
         self._linearisation: Linearisation | None = None
-        rows, columns = self._pattern.constraints.shape
+        rows, columns = self._pattern.shape
         self._guess = (np.zeros(columns), np.zeros(rows))
 
     @door()
@@ -130,14 +130,12 @@ class RtiMpcc:
         Args:
             at: when the plan begins [s], that is when its first control begins to act.
             target: what it is to end in; None: the last one.
-            last: the solution to go on from; default: this object's last one.
-            plan: a trajectory to begin afresh from, with nothing kept of the last solution.
-            objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place; default:
-                contouring over the cruise horizon.
+            last: the solution to continue from; default: this object's last one.
+            plan: a trajectory to start afresh from, with nothing kept of the last solution.
+            objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place.
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            steps: how the solver steps; None: `WARM` from the last solution, `COLD` from a `plan`, which may
-                be far from its optimum.
-            again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
+            steps: of the solver; None: `WARM` from a solution, `COLD` from a `plan`, far from its optimum.
+            again: the same QP is resumed: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
             first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can.
@@ -146,16 +144,13 @@ class RtiMpcc:
         config, wheelbase = self.config, self.config.vehicle.wheelbase
         objective = config.objective.on_horizon(objective)
         self.target = target = target or self.target
-        if plan is not None:
-            last = None
-            if not again:
-                self._solver.forget()
-        else:
-            last = last or self._last
-            plan = last.trajectory if last else None
-        steps = steps or (COLD if last is None else WARM)
+        last = (last or self._last) if plan is None else None
+        if plan is not None and not again:
+            self._solver.forget()
+        plan = last.trajectory if last is not None else plan
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
+        steps = steps or (COLD if last is None else WARM)
 
         lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
@@ -168,24 +163,14 @@ class RtiMpcc:
         if weights.follows_path:
             reference = frame.reference_in(objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
-        plan_here = Linearised(
-            shifted.states, states, controls, errors, weights, self._corridor, self.index, config
-        )
+        goal, wheels, index = frame.pose_in(target.pose), target.wheels or 0.0, self.index
+        here = Linearised(shifted.states, states, controls, errors, weights, self._corridor, index, config)
+        terms = partial(objective.add_terms, here)
         cost = quadratic_cost(
-            states,
-            controls,
-            weights,
-            errors,
-            frame.pose_in(target.pose),
-            wheelbase,
-            config.comfort,
-            wheels=target.wheels or 0.0,
-            terms=partial(objective.add_terms, plan_here),
+            states, controls, weights, errors, goal, wheelbase, config.comfort, wheels=wheels, terms=terms
         )
-        step = linearised_step(states[:-1], controls, lengths, wheelbase)
-        along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
-        most = self._speeds(shifted) if along_path else None
-        change = None
+        step = linearised_step(states, controls, lengths, wheelbase)
+        along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
         if before is not None:
             pressed = first if last is None else self._pressed(last, states[0])
             change = Change(before, states[:-1, V], controls[:, DELTA_DOT], lengths, rests, pressed)
@@ -197,22 +182,20 @@ class RtiMpcc:
             ends=objective.ends,
             turns=not along_path,
             disturbance=disturbance,
-            most=most,
+            most=self._speeds(shifted) if along_path else None,
             change=change,
         )
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
-        self._solver.set_steps(steps)
-        fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
+        fill_cost(values, pattern, *cost, weights.slack, weights.scale, damping, IDLE_WEIGHT)
         if last is not None and len(last.dual) == len(values.lower):
-            change_of_scale = weights.scale / last.weights.scale
-            fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
-        fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
+            fill_curvature(values, pattern, states, step.state, last.dual, weights.scale / last.weights.scale)
+        fill_dynamics(values, pattern, *step, lengths, states)
+        fill_bounds(values, pattern, *bounds, states, controls, ROW_SCALING_FROM, steps.row_scaling)
         rows = self._rows(shifted, states) if along_path else None
-        drift = None if rows is None else free_response(states, lengths, wheelbase, MARGIN_TIME)
-        fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
+        drift = None if rows is None else free_response(states, lengths, wheelbase)
+        fill_corridor(values, pattern, rows, ROW_SCALING_FROM, steps.row_scaling)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -224,7 +207,7 @@ class RtiMpcc:
             rows=rows,
             drift=drift,
             bounds=bounds,
-            refused=self._solver.update(values),
+            refused=self._solver.update(values, steps),
             seconds=perf_counter() - begun,
         )
         return self._linearisation
@@ -244,29 +227,34 @@ class RtiMpcc:
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
-            ends: asked now and then whether the QP must come to an end.
-            iterate: how far this QP had come when it was stopped before.
-            patience: how many times the configured iterations the solver may take.
+            ends, patience: see `QpSolver.solve`; iterate: how far this QP was when it was stopped before.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)
         begun = perf_counter()
         linear = self._linearisation
         assert linear is not None
-        measured = linear.frame.states_in(state)
+        measured = linear.frame.states_in(state[None])[0]
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
-        fill_initial(self._values, measured - linear.states[0])
-        far_out = self._admit(measured, linear)
-        self._solver.allow(max(patience, PATIENCE) if far_out else patience)
-        result = self._solve(linear, measured - linear.states[0], ends, iterate)
+        measured[THETA] = min(measured[THETA], self.target.farthest)
+        change = measured - linear.states[0]
+        fill_initial(self._values, self._pattern, change)
+        if self._admit(measured, change, linear):
+            patience = max(patience, PATIENCE)
+        if iterate is None or len(iterate[1]) != len(self._values.lower):
+            iterate = self._first_iterate(change)
+        self._guess = iterate
+        if linear.refused:
+            result = self._solver.nothing(linear.refused)
+        else:
+            result = self._solver.solve(self._values, *self._guess, ends, patience)
         solution = self._read(linear, result, begun)
         if solution.solved:
             self._last = solution
         return solution
 
     def problem(self) -> QpProblem:
-        """The QP as it is now: after `feedback` the one that was solved last. For study off line."""
+        """The QP as it is now, after `feedback` the one that was solved last: for study off line."""
         return problem_of(self._pattern, self._values, *self._guess)
 
     def _speeds(self, plan: Trajectory) -> Array | None:
@@ -293,76 +281,66 @@ class RtiMpcc:
         beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
         return bool(beyond) or float(last.slack.max()) > spare
 
-    def _admit(self, measured: Array, linear: Linearisation) -> bool:
-        """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
+    def _admit(self, measured: Array, change: Array, linear: Linearisation) -> bool:
+        """Widen bounds on v and delta, and the corridor, as far as a measured state (6,) needs it, which is a
+        `change` (6,) off the one linearised about.
 
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
         """
+        comfort = self.config.comfort
         far_out = fill_motion_bounds(
-            self._values,
-            self._pattern,
-            measured,
-            linear.states,
-            linear.lengths,
-            linear.bounds,
-            self.config.comfort,
-        )
+            self._values, self._pattern, measured, linear.states, linear.lengths, *linear.bounds,
+            comfort.acceleration, comfort.steering_rate,
+        )  # fmt: skip
         if linear.rows is None or linear.drift is None:
             return far_out
-        change, margin = (measured - linear.states[0])[:MEASURED], self.config.clearance.wanted
-        missing = margin_deficit(linear.rows, linear.drift, change)
+        margin = self.config.clearance.wanted
+        missing = margin_deficit(linear.rows, linear.drift, change[:MEASURED])
         if missing is None:
             return far_out
         lack = missing[0].max(axis=0)
         spare = margin - self.config.planned_minimum
         vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
-            linear.rows,
+            linear.rows.lower,
             missing,
             np.add.accumulate(linear.lengths),
             distances(linear.states),
             self._trails,
-            margin=margin,
-            noise=CONTACT_TOLERANCE,
-            most=np.minimum(np.maximum(lack, spare), margin),
-            over=np.maximum(lack - margin, 0.0),
-            far=vehicle.rear if direction > 0 else vehicle.front,
+            margin,
+            CONTACT_TOLERANCE,
+            np.minimum(np.maximum(lack, spare), margin),
+            np.maximum(lack - margin, 0.0),
+            vehicle.rear if direction > 0 else vehicle.front,
         )
-        fill_corridor_bounds(self._values, bounds)
+        fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin
 
-    def _solve(
-        self, linear: Linearisation, change: Array, ends: Ends | None, iterate: tuple[Array, Array] | None
-    ) -> QpSolution:
+    def _first_iterate(self, change: Array) -> tuple[Array, Array]:
+        """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
         pattern = self._pattern
-        rows, columns = pattern.constraints.shape
+        rows, columns = pattern.shape
         primal, dual = np.zeros(columns), np.zeros(rows)
         primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
             primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
             if len(self._last.dual) == rows:
                 dual = self._last.dual * self._values.row_scaling
-        if iterate is not None and len(iterate[1]) == len(dual):
-            primal, dual = iterate
-        self._guess = (primal, dual)
-        if linear.refused:
-            return self._solver.nothing(linear.refused)
-        return self._solver.solve(self._values, primal, dual, ends)
+        return primal, dual
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
         change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
-        by = pattern.columns(change)
-        states = linear.frame.states_out(linear.states + by.states)
-        controls = shifted.controls + by.controls
+        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
+        controls = shifted.controls + change[pattern.control_columns]
         read_only(states, controls, shifted.times)
         return Solution(
             solved=result.solved,
             trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
-            slack=np.maximum(by.slack, 0.0),
+            slack=np.maximum(change[pattern.slack_columns], 0.0),
             weights=linear.weights,
             damping=linear.damping,
             dual=dual,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
-from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.frenet import LocalFrame
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.qp.solver import AT_LIMIT, Stop
 from rti_mpcc.types import Array, Trajectory
@@ -14,17 +14,13 @@ from rti_mpcc.types import Array, Trajectory
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Linearisation:
-    """What `prepare` leaves for `feedback`: the trajectory linearised about, and what acts on it.
+    """The trajectory linearised about, and what acts on it: `prepare` leaves it for `feedback`.
 
     Attributes:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
-        lengths: (N,) of the stages [s].
-        weights: effective weights; damping: see `RtiMpcc.prepare`.
-        rows: of the corridor at stages 1..N, None where none acts; drift: see `free_response`, None
-            without rows.
-        bounds: of the stages.
-        refused: "" or why the solver refused the numbers.
-        seconds: time that the preparation took.
+        lengths: (N,) of the stages [s]; damping: see `RtiMpcc.prepare`.
+        rows: of the corridor at stages 1..N; drift: see `free_response`; both None where no row acts.
+        refused: "" or why the solver refused the numbers; seconds: time that the preparation took.
     """
 
     trajectory: Trajectory
@@ -48,11 +44,9 @@ class Solution:
         solved: the QP was solved; otherwise `trajectory` is the one linearised about.
         trajectory: the plan in the world, headings on the route's branch.
         slack: (N,) corridor slack of stages 1..N [m].
-        weights: that acted; damping: how little the iteration was trusted, see `RtiMpcc.prepare`.
+        damping: how little the iteration was trusted, see `RtiMpcc.prepare`.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
-        status, iterations, residuals: of OSQP, see `QpSolution`.
-        stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
-        prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
+        status, iterations, residuals, stopped: see `QpSolution`; iterate: of a QP that was stopped, or None.
     """
 
     solved: bool

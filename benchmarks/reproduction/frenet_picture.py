@@ -12,7 +12,7 @@ from benchmarks.reproduction.content import Block, Picture, Section, Table, foun
 from geometry import PathPart
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.layout import PHI, THETA, X, Y
-from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.frenet import CONTOURING, LAG, frenet_errors
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import legend_below, plane, png
 from rti_mpcc.simulation import load_scenario
@@ -78,8 +78,8 @@ def paired(lag_weight: float) -> Paired:
         lag_weight=lag_weight,
         states=states,
         feet=np.stack([reference.x, reference.y, reference.phi], axis=-1),
-        lag=errors.lag,
-        contouring=errors.contouring,
+        lag=errors.values[:, LAG],
+        contouring=errors.values[:, CONTOURING],
         part=part,
     )
 

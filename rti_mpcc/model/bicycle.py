@@ -13,75 +13,28 @@ the classical Runge-Kutta step of length h comes down to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import cos, hypot, sin, tan
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.types import Array, Trajectory
+from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel, record
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.types import Array
 
 
+@record
 class ModelStep(NamedTuple):
     """One step of n stages: the states reached (n, 6) and what their poses gain by what they began with.
 
     Attributes:
         state: (n, 6).
-        pose_by: (n, 3, 5) slopes of x, y, phi reached to phi, v, delta, a, delta_dot.
-        lengths: (n,) h [s], the slopes of v, delta and theta to their controls.
+        pose_by: (n, 3, 5) slopes of x, y, phi reached to phi, v, delta, a, delta_dot. Those of v, delta and
+            theta to their controls are the length of the stage.
     """
 
-    state: Array
-    pose_by: Array
-    lengths: Array
-
-    @property
-    def by_state(self) -> Array:
-        """Sensitivity (n, 6, 6) to the state."""
-        by = np.tile(np.eye(STATES), (len(self.state), 1, 1))
-        by[:, :POSE, PHI : DELTA + 1] = self.pose_by[:, :, :3]
-        return by
-
-    @property
-    def by_control(self) -> Array:
-        """Sensitivity (n, 6, 3) to the control."""
-        by = np.zeros((len(self.state), STATES, CONTROLS))
-        by[:, :POSE, : DELTA_DOT + 1] = self.pose_by[:, :, 3:]
-        by[:, V, A] = by[:, DELTA, DELTA_DOT] = by[:, THETA, THETA_DOT] = self.lengths
-        return by
-
-
-def rates(states: Array, controls: Array, wheelbase: float) -> Array:
-    """Time derivative (n, 6) of states (n, 6) under controls (n, 3), Eq. (M1)."""
-    phi, v = states[:, PHI], states[:, V]
-    turn = v * np.tan(states[:, DELTA]) / wheelbase
-    return np.column_stack([v * np.cos(phi), v * np.sin(phi), turn, controls])
-
-
-def step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
-    """States (n, 6) reached from `states` (n, 6) under `controls` (n, 3) after `lengths` (n,) [s]."""
-    reached = np.empty((len(lengths), STATES))
-    _step(states, controls, lengths, wheelbase, reached)
-    return reached
-
-
-def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
-    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s]."""
-    states = np.empty((len(lengths) + 1, STATES))
-    states[0] = state
-    _rollout(controls, lengths, wheelbase, states)
-    return states
-
-
-def step_one(
-    state: Sequence[float], control: tuple[float, float, float], seconds: float, wheelbase: float
-) -> tuple[float, ...]:
-    """`step` of a single state (6,) under a control (3,), in plain floats."""
-    x, y, phi, v, delta, theta = state
-    a, rate, progress = control
-    return _step_one(x, y, phi, v, delta, theta, a, rate, progress, seconds, wheelbase)
+    state: Out2
+    pose_by: Out3
 
 
 @inner
@@ -102,10 +55,11 @@ def _change(
 
 
 @kernel
-def _step_one(
+def step_one(
     x: float, y: float, phi: float, v: float, delta: float, theta: float,
     a: float, rate: float, progress: float, h: float, wheelbase: float,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """The state that one state and control lead to after h [s], in plain floats."""
     dx, dy, turn = _change(phi, v, delta, a, rate, h, wheelbase)
     return x + dx, y + dy, phi + turn, v + h * a, delta + h * rate, theta + h * progress
 
@@ -124,21 +78,21 @@ def propagate(state: Array, control: Array, h: float, wheelbase: float, reached:
 
 
 @kernel
-def _step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2) -> None:
+def rollout(state: Array1, controls: Array2, lengths: Array1, wheelbase: float) -> Out2:
+    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s]."""
+    states = np.empty((len(lengths) + 1, STATES))
+    states[0] = state
     for k in range(len(lengths)):
-        propagate(states[k], controls[k], lengths[k], wheelbase, reached[k])
+        propagate(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
+    return states
 
 
-def defects(states: Array, controls: Array, lengths: Array, wheelbase: float) -> tuple[float, float]:
+@kernel
+def defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> tuple[float, float]:
     """Errors [m], [rad] that the first n stages of a plan (N+1, 6), (N, 3) add up to against the model.
 
     `lengths`: (n,) [s].
     """
-    return _defects(states, controls, lengths, wheelbase)
-
-
-@kernel
-def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> tuple[float, float]:
     reached, position, heading = np.empty(STATES), 0.0, 0.0
     for k in range(len(lengths)):
         propagate(states[k], controls[k], lengths[k], wheelbase, reached)
@@ -147,19 +101,15 @@ def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float
     return position, heading
 
 
-def extremes(plan: Trajectory, wheelbase: float) -> tuple[float, float, float, float, float, float]:
+@kernel
+def extremes(
+    times: Array1, states: Array2, controls: Array2, wheelbase: float
+) -> tuple[float, float, float, float, float, float]:
     """The largest values in a plan of N stages, wherever they are.
 
     Returns: errors of one stage against the model, in place [m] and heading [rad]; |v| [m/s], |delta| [rad],
         |a| [m/s²], |delta_dot| [rad/s].
     """
-    return _extremes(plan.times, plan.states, plan.controls, wheelbase)
-
-
-@kernel
-def _extremes(
-    times: Array1, states: Array2, controls: Array2, wheelbase: float
-) -> tuple[float, float, float, float, float, float]:
     reached, position, heading, a, rate = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
     speed, angle = abs(states[0, V]), abs(states[0, DELTA])
     for k in range(len(controls)):
@@ -169,12 +119,6 @@ def _extremes(
         speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
         a, rate = max(a, abs(controls[k, A])), max(rate, abs(controls[k, DELTA_DOT]))
     return position, heading, speed, angle, a, rate
-
-
-@kernel
-def _rollout(controls: Array2, lengths: Array1, wheelbase: float, states: Out2) -> None:
-    for k in range(len(lengths)):
-        propagate(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
 
 
 _TIMES = (0.0, 0.5, 1.0)
@@ -188,7 +132,8 @@ _TURNED_FOR = (0.0, 0.5, 0.5, 1.0)
 rate at which the heading has been turning, and for how long it has."""
 
 
-def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> ModelStep:
+@kernel
+def linearised_step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> ModelStep:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
 
     With g_j = h/6 (1, 2, 2, 1) of (M3),
@@ -199,18 +144,9 @@ def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: f
           dw(t) = tan(delta)/L (dv + t da) + v (1 + tan²)/L (ddelta + t ddelta_dot)
 
     Args:
-        states: (n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
+        states: (>= n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
     """
-    reached, pose_by = np.empty_like(states), np.zeros((len(lengths), POSE, 5))
-    _linearised_step(states, controls, lengths, wheelbase, reached, pose_by)
-    return ModelStep(reached, pose_by, lengths)
-
-
-@kernel
-def _linearised_step(
-    states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2, pose_by: Out3
-) -> None:
-    """Equations (M2) to (M4). Columns of `pose_by`: phi, v, delta, a, delta_dot."""
+    reached, pose_by = np.empty((len(lengths), STATES)), np.zeros((len(lengths), POSE, 5))
     w, w_by_v, w_by_delta = np.empty(3), np.empty(3), np.empty(3)
     for k in range(len(lengths)):
         h, phi, v_0, a = lengths[k], states[k, PHI], states[k, V], controls[k, A]
@@ -253,6 +189,7 @@ def _linearised_step(
         reached[k, V] = v_0 + h * a
         reached[k, DELTA] = states[k, DELTA] + h * controls[k, DELTA_DOT]
         reached[k, THETA] = states[k, THETA] + h * controls[k, THETA_DOT]
+    return ModelStep(reached, pose_by)
 
 
 @inner

@@ -19,19 +19,17 @@ is far faster than it may be.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Out3, kernel
+from geometry.compiled import Array1, Out3, inner, kernel, record
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array
 
-OVERRUN = 0.1  # [m] of the progress past the stop point of a goal pose (published code)
 HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
 CALM_SPEED = 0.1  # [m/s]; slower, a plan turns the wheels within comfort
 PASSED_DISTANCE = 0.5  # [m]; passed by less, the vehicle still has that distance left
@@ -42,12 +40,12 @@ TURNING_SHARE = 0.99
 than 1: what the solver is off by is not to add up."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StageBounds:
+@record
+class StageBounds(NamedTuple):
     """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3)."""
 
-    states: Array
-    controls: Array
+    states: Out3
+    controls: Out3
 
 
 class Change(NamedTuple):
@@ -63,11 +61,6 @@ class Change(NamedTuple):
     lengths: Array
     rests: bool = False
     pressed: bool = True
-
-
-def overrun(target: Target) -> float:
-    """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
-    return OVERRUN if target.kind is TargetKind.POSE else 0.0
 
 
 def stage_bounds(
@@ -98,30 +91,29 @@ def stage_bounds(
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
-    states, controls = np.empty((2, len(theta) - 1, 2, 3))
-    _stage_bounds(
+    bounds = _stage_bounds(
         direction,
         np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
         (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
-        target.stop + overrun(target) if ends else inf,
+        target.farthest if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate * disturbance.rate_share,
-        states,
-        controls,
     )
     if change is not None:
-        before, speeds, turning, lengths, rests, pressed = change
         jerk = faster**3 * config.comfort.jerk
-        if abs(speeds[0]) <= FAR_SPEED * limits.speed:
-            _bound_change(before, speeds[0], lengths, jerk, controls)
-        if config.weights.comfort[2] > 0.0:
-            calm = CALM_SPEED if pressed else inf
-            kept = TURNING_SHARE * np.abs(turning)
-            _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
-        if rests:
-            _bound_end(lengths, jerk, controls)
-    return StageBounds(states=states, controls=controls)
+        _bound_change(
+            change.before,
+            np.ascontiguousarray(change.speeds),
+            TURNING_SHARE * np.abs(change.turning),
+            change.lengths,
+            jerk if abs(change.speeds[0]) <= FAR_SPEED * limits.speed else inf,
+            jerk if change.rests else inf,
+            CALM_SPEED if change.pressed else inf,
+            config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
+            bounds.controls,
+        )
+    return bounds
 
 
 def _faster(change: Change, left: float, config: ControllerConfig) -> float:
@@ -139,11 +131,10 @@ def _stage_bounds(
     farthest: float,
     acceleration: tuple[float, float],
     steering_rate: float,
-    states: Out3,
-    controls: Out3,
-) -> None:
+) -> StageBounds:
     """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
-    for k in range(len(states)):
+    states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
+    for k in range(len(most)):
         speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
         states[k, 0, 1], states[k, 1, 1] = steering
@@ -151,38 +142,42 @@ def _stage_bounds(
         controls[k, 0, 0], controls[k, 1, 0] = acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
+    return StageBounds(states, controls)
 
 
 @kernel
-def _bound_change(before: float, speed: float, lengths: Array1, jerk: float, controls: Out3) -> None:
-    """(J1), within the limits."""
+def _bound_change(
+    before: float,
+    speeds: Array1,
+    kept: Array1,
+    lengths: Array1,
+    jerk: float,
+    jerk_at_end: float,
+    calm: float,
+    steering_rate: float,
+    controls: Out3,
+) -> None:
+    """(J1) to (J3), where the limits and the ones before leave them; a comfort value of `inf` is no bound."""
+    stages, speed = len(controls), speeds[0]
     free = before * speed <= 0.0 and speed * speed < (before * before / jerk) ** 2
-    allowed = jerk * lengths[0]
-    for k in range(len(controls)):
+    allowed, left = jerk * lengths[0], 0.0
+    for k in range(stages):
         lowest, highest = before - allowed, before + allowed
         if free:
             lowest, highest = min(lowest, 0.0), max(highest, 0.0)
-        low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
-        if low <= high:  # else it is beyond the limits, and only they count
-            controls[k, 0, 0], controls[k, 1, 0] = low, high
+        _narrow(controls, k, lowest, highest)
         allowed += jerk * lengths[k]
-
-
-@kernel
-def _bound_end(lengths: Array1, jerk: float, controls: Out3) -> None:
-    """(J2), where (J1) and the limits leave it."""
-    left = 0.0
-    for k in range(len(controls) - 1, -1, -1):
-        left += lengths[k]
-        low, high = max(controls[k, 0, 0], -jerk * left), min(controls[k, 1, 0], jerk * left)
-        if low <= high:
-            controls[k, 0, 0], controls[k, 1, 0] = low, high
-
-
-@kernel
-def _bound_turning(speeds: Array1, kept: Array1, calm: float, comfort: float, controls: Out3) -> None:
-    """(J3)."""
-    for k in range(len(controls)):
         if abs(speeds[k]) <= calm:
-            most = max(comfort, kept[k])
+            most = max(steering_rate, kept[k])
             controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)
+    for k in range(stages - 1, -1, -1):
+        left += lengths[k]
+        _narrow(controls, k, -jerk_at_end * left, jerk_at_end * left)
+
+
+@inner
+def _narrow(controls: Array, k: int, lowest: float, highest: float) -> None:
+    """Bound the acceleration of stage k further; beyond its bounds only they count."""
+    low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
+    if low <= high:
+        controls[k, 0, 0], controls[k, 1, 0] = low, high

@@ -95,7 +95,8 @@ def _corridor_rows(
     return acting
 
 
-def free_response(states: Array, lengths: Array, wheelbase: float, span: float) -> Array:
+@kernel
+def free_response(states: Array2, lengths: Array1, wheelbase: float) -> Out3:
     """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
     (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
@@ -103,23 +104,16 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
                       + (s_k dphi + s_k²/2 ddelta (1 + tan²delta)/L) (-sin phi_k, cos phi_k)
 
     with s_k the way driven by then, negative in reverse, and delta the steering that the plan begins with.
-    The n stages are those that end within the `span`, and the first one whenever it ends.
+    The n stages are those that end within `MARGIN_TIME`, and the first one whenever it ends.
 
     Args:
-        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m]; span: [s].
+        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m].
     """
-    elapsed = np.add.accumulate(lengths)
-    by = np.zeros((max(int(elapsed.searchsorted(span)), 1), POSE, MEASURED))
-    _free_response(states, lengths, wheelbase, by)
-    return by
-
-
-@kernel
-def _free_response(states: Array2, lengths: Array1, wheelbase: float, by: Out3) -> None:
-    """Equation (H5)."""
+    stages = max(int((np.cumsum(lengths) < MARGIN_TIME).sum()), 1)
+    by = np.zeros((stages, POSE, MEASURED))
     per_way = (1.0 + tan(states[0, DELTA]) ** 2) / wheelbase
     elapsed, travelled = 0.0, 0.0
-    for k in range(len(by)):
+    for k in range(stages):
         elapsed += lengths[k]
         travelled += lengths[k] * states[k, V]
         c, s = cos(states[k + 1, PHI]), sin(states[k + 1, PHI])
@@ -129,6 +123,7 @@ def _free_response(states: Array2, lengths: Array1, wheelbase: float, by: Out3) 
         by[k, X, V], by[k, Y, V] = elapsed * c, elapsed * s
         by[k, X, PHI], by[k, Y, PHI] = -travelled * s, travelled * c
         by[k, X, DELTA], by[k, Y, DELTA], by[k, PHI, DELTA] = -aside * s, aside * c, turn
+    return by
 
 
 def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
@@ -163,19 +158,19 @@ def _margin_deficit(slopes: Array4, lower: Array3, drift: Array3, change: Array1
     return lacks
 
 
+@kernel
 def relaxed_bounds(
-    rows: CorridorRows,
-    missing: Array,
-    elapsed: Array,
-    travelled: Array,
-    trails: Array,
-    *,
+    lower: Array3,
+    missing: Array3,
+    elapsed: Array1,
+    travelled: Array1,
+    trails: Array1,
     margin: float,
     noise: float,
-    most: Array,
-    over: Array,
+    most: Array1,
+    over: Array1,
     far: float,
-) -> Array:
+) -> Out3:
     """Lower bounds (N, pieces, sides) that give back step by step what is missing.
 
     What is `missing` of the margin a moment ahead (see `margin_deficit`) is out of reach by then: the
@@ -204,32 +199,14 @@ def relaxed_bounds(
     missing of that side at piece j at any stage.
 
     Args:
-        missing: (n, pieces, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
+        lower: (N, pieces, sides) of the rows; missing: (n, pieces, sides) [m].
+        elapsed: (N,) time t of stages 1..N [s].
         travelled: (N,) distance s driven by then [m]; trails: (pieces,) l, 0 for pieces that lead [m].
         noise: so much may seem to be missing [m].
         most: (sides,) r at most [m]: a plan is not to come nearer than may be driven.
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
-    bounds = np.empty(rows.lower.shape)
-    _relaxed_bounds(rows.lower, missing, elapsed, travelled, trails, margin, noise, most, over, far, bounds)
-    return bounds
-
-
-@kernel
-def _relaxed_bounds(
-    lower: Array3,
-    missing: Array3,
-    elapsed: Array1,
-    travelled: Array1,
-    trails: Array1,
-    margin: float,
-    noise: float,
-    most: Array1,
-    over: Array1,
-    far: float,
-    bounds: Out3,
-) -> None:
-    """Equation (H4)."""
+    bounds = np.empty(lower.shape)
     stages, pieces, sides = lower.shape
     last = len(missing) - 1
     for side in range(sides):
@@ -251,3 +228,4 @@ def _relaxed_bounds(
                     beyond = over[side] + min(over[side], margin - relief)
                     relief += min(max(left, 0.0), 1.0) * beyond
                 bounds[k, piece, side] = lower[k, piece, side] - relief
+    return bounds

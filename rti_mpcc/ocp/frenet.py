@@ -1,4 +1,4 @@
-"""Frenet errors of vehicle states at references of their own progress (paper Eq. 3, 4).
+"""The vehicle's local frame, and Frenet errors of states at references of their own progress (Eq. 3, 4).
 
 With c = cos phi_r, s = sin phi_r and dir the direction of the part:
 
@@ -17,9 +17,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from geometry import PathReference
-from geometry.compiled import Array1, Array2, Out2, Out3, kernel
-from rti_mpcc.model.layout import PHI, STATES, THETA, X, Y
+from geometry import PathReference, Pose2
+from geometry.compiled import Array1, Array2, Out2, Out3, kernel, record
+from rti_mpcc.model.layout import PHI, POSE, STATES, THETA, X, Y
 from rti_mpcc.types import Array
 
 LAG: Final = 0
@@ -28,48 +28,82 @@ HEADING: Final = 2
 """Where each error stands in `FrenetErrors`."""
 
 
+class LocalFrame(NamedTuple):
+    """A frame at a pose x [m], y [m], phi [rad], from whose branch headings are counted: numbers in it stay
+    small wherever in the world the vehicle is, and however turned."""
+
+    x: float
+    y: float
+    phi: float
+
+    @classmethod
+    def at(cls, state: Array) -> LocalFrame:
+        """The frame in which `state` (>= 3,) has pose 0."""
+        return cls(float(state[X]), float(state[Y]), float(state[PHI]))
+
+    def states_in(self, states: Array) -> Array:
+        """World states (n, >= 3) in this frame."""
+        return _poses_in(states, *self)
+
+    def states_out(self, states: Array) -> Array:
+        """Local states (n, >= 3) in the world."""
+        return _poses_out(states, *self)
+
+    def pose_in(self, pose: Pose2) -> Array:
+        """A pose (3,) in this frame, heading not wrapped."""
+        (local,) = self.states_in(np.array([[pose.x, pose.y, pose.phi]]))
+        return np.asarray(local)
+
+    def reference_in(self, reference: PathReference) -> PathReference:
+        """References in this frame."""
+        x, y, phi = self.states_in(np.column_stack((reference.x, reference.y, reference.phi))).T
+        return PathReference(x=x, y=y, phi=phi, slope=reference.slope)
+
+
+@kernel
+def _poses_in(poses: Array2, x: float, y: float, phi: float) -> Out2:
+    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
+    for k in range(len(poses)):
+        dx, dy = poses[k, X] - x, poses[k, Y] - y
+        turned[k, X] = c * dx + s * dy
+        turned[k, Y] = c * dy - s * dx
+        turned[k, PHI] = poses[k, PHI] - phi
+        turned[k, POSE:] = poses[k, POSE:]
+    return turned
+
+
+@kernel
+def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
+    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
+    for k in range(len(poses)):
+        dx, dy = poses[k, X], poses[k, Y]
+        turned[k, X] = x + (c * dx - s * dy)
+        turned[k, Y] = y + (s * dx + c * dy)
+        turned[k, PHI] = poses[k, PHI] + phi
+        turned[k, POSE:] = poses[k, POSE:]
+    return turned
+
+
+@record
 class FrenetErrors(NamedTuple):
     """Errors (n, 3), lag, contouring and heading, and their slopes (n, 3, 6) with respect to the state."""
 
-    values: Array
-    slopes: Array
-
-    @property
-    def lag(self) -> Array:
-        """e_l (n,) [m]."""
-        return self.values[:, LAG]
-
-    @property
-    def contouring(self) -> Array:
-        """e_c (n,) [m]."""
-        return self.values[:, CONTOURING]
-
-    @property
-    def heading(self) -> Array:
-        """e_phi (n,) [rad]."""
-        return self.values[:, HEADING]
+    values: Out2
+    slopes: Out3
 
 
 def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
     """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
-    values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
     x, y, phi = (np.ascontiguousarray(each) for each in (reference.x, reference.y, reference.phi))
-    _frenet_errors(states, x, y, phi, reference.slope, float(direction), values, slopes)
-    return FrenetErrors(values, slopes)
+    return _frenet_errors(states, x, y, phi, reference.slope, float(direction))
 
 
 @kernel
 def _frenet_errors(
-    states: Array2,
-    x: Array1,
-    y: Array1,
-    phi: Array1,
-    turning: Array1,
-    direction: float,
-    values: Out2,
-    slopes: Out3,
-) -> None:
+    states: Array2, x: Array1, y: Array1, phi: Array1, turning: Array1, direction: float
+) -> FrenetErrors:
     """Equations (F1), (F2), `turning` being phi_r'."""
+    values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
     for k in range(len(states)):
         c, s = cos(phi[k]), sin(phi[k])
         dx, dy = states[k, X] - x[k], states[k, Y] - y[k]
@@ -83,3 +117,4 @@ def _frenet_errors(
         slopes[k, LAG, THETA] = -direction + values[k, CONTOURING] * turning[k]
         slopes[k, CONTOURING, THETA] = -values[k, LAG] * turning[k]
         slopes[k, HEADING, THETA] = -turning[k]
+    return FrenetErrors(values, slopes)

@@ -22,28 +22,23 @@ MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-def stage_lengths(duration: float, first: float, stages: int, fine: float = FINE_STAGE) -> Array:
+@kernel
+def stage_lengths(duration: float, first: float, stages: int) -> Out1:
     """Lengths (stages,) [s] of (G1) that sum up to `duration` [s], the first of them `first` [s].
 
-    A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];
-    where they grow it is the second one's.
+    A duration shorter than three first stages is stretched to that.
     """
-    lengths = np.empty(stages)
-    _stage_lengths(max(duration, 3.0 * first) - first, first, fine, lengths)
-    return lengths
-
-
-@kernel
-def _stage_lengths(rest: float, first: float, fine: float, lengths: Out1) -> None:
-    count, total = len(lengths) - 1, 0.0
+    lengths, count, total = np.empty(stages), stages - 1, 0.0
+    rest = max(duration, 3.0 * first) - first
     # A growth too small to be told from rounding is none.
-    growth = _growth(rest / fine, count) if rest > fine * count * (1.0 + 1e-6) else 0.0
+    growth = _growth(rest / FINE_STAGE, count) if rest > FINE_STAGE * count * (1.0 + 1e-6) else 0.0
     lengths[0] = first
     for k in range(count):
         lengths[k + 1] = exp(k * log1p(growth))
         total += lengths[k + 1]
     for k in range(count):
         lengths[k + 1] *= rest / total
+    return lengths
 
 
 @inner
@@ -72,19 +67,14 @@ def stage_times(begin: float, lengths: Array) -> Array:
     return times
 
 
-def distances(states: Array) -> Array:
-    """Distance (N,) [m] that states (N+1, 6) have driven by each but the first."""
-    driven = np.empty(len(states) - 1)
-    _distances(states, driven)
-    return driven
-
-
 @kernel
-def _distances(states: Array2, driven: Out1) -> None:
-    total = 0.0
+def distances(states: Array2) -> Out1:
+    """Distance (N,) [m] that states (N+1, 6) have driven by each but the first."""
+    driven, total = np.empty(len(states) - 1), 0.0
     for k in range(len(driven)):
         total += step_length(states, k)
         driven[k] = total
+    return driven
 
 
 @inner
@@ -100,27 +90,17 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     the cubic that has the rates of both ends. Behind the plan's end it keeps its last speed and
     heading; before its begin it is held.
     """
-    states = np.empty((len(times), STATES))
-    _states_at(plan.times, plan.states, plan.controls, times, wheelbase, states)
-    return states
-
-
-def controls_over(plan: Trajectory, times: Array) -> Array:
-    """Mean controls (n, 3) of a plan over the n stages between `times` (n+1,), which rise.
-
-    The means keep the integrals, so that speed, steering and progress agree with `states_at`.
-    Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
-    """
-    controls = np.empty((len(times) - 1, CONTROLS))
-    _controls_over(plan.times, plan.controls, times, controls)
-    return controls
+    return _states_at(plan.times, plan.states, plan.controls, times, wheelbase)
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
-    """The same motion on another grid `times` (n+1,); the shift of the real-time iteration."""
-    return Trajectory(
-        times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times)
-    )
+    """The same motion on another grid `times` (n+1,), which rise; the shift of the real-time iteration.
+
+    Controls are means over each stage: they keep the integrals, so that speed, steering and progress agree
+    with `states_at`. Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
+    """
+    states, controls = _resample(plan.times, plan.states, plan.controls, times, wheelbase)
+    return Trajectory(times=times, states=states, controls=controls)
 
 
 @inner
@@ -130,12 +110,11 @@ def _share(own: Array, k: int, time: float) -> float:
     return min(max(share, 0.0), 1.0)
 
 
-@kernel
-def _states_at(
-    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float, found: Out2
+@inner
+def _fill_states(
+    own: Array, states: Array, controls: Array, times: Array, wheelbase: float, found: Array
 ) -> None:
-    last = len(own) - 1
-    k = 0
+    last, k = len(own) - 1, 0
     for i in range(len(times)):
         while k < last - 1 and own[k + 1] <= times[i]:
             k += 1
@@ -154,12 +133,11 @@ def _states_at(
             found[i, THETA] += beyond * controls[last - 1, THETA_DOT]
 
 
-@kernel
-def _controls_over(own: Array1, controls: Array2, times: Array1, mean: Out2) -> None:
-    last = len(own) - 1
+@inner
+def _fill_controls(own: Array, controls: Array, times: Array, mean: Array) -> None:
+    last, k = len(own) - 1, 0
     gone = np.zeros(CONTROLS)  # integrals up to stage k, up to the time before and up to this one
     before, here = np.zeros(CONTROLS), np.zeros(CONTROLS)
-    k = 0
     for i in range(len(times)):
         while k < last - 1 and own[k + 1] <= times[i]:
             for j in range(CONTROLS):
@@ -173,6 +151,23 @@ def _controls_over(own: Array1, controls: Array2, times: Array1, mean: Out2) -> 
             if i > 0:
                 mean[i - 1, j] = (here[j] - before[j]) / (times[i] - times[i - 1])
             before[j] = here[j]
+
+
+@kernel
+def _states_at(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
+    found = np.empty((len(times), STATES))
+    _fill_states(own, states, controls, times, wheelbase, found)
+    return found
+
+
+@kernel
+def _resample(
+    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float
+) -> tuple[Out2, Out2]:
+    found, mean = np.empty((len(times), STATES)), np.empty((len(times) - 1, CONTROLS))
+    _fill_states(own, states, controls, times, wheelbase, found)
+    _fill_controls(own, controls, times, mean)
+    return found, mean
 
 
 def read_only(*arrays: Array) -> None:

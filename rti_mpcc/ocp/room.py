@@ -67,11 +67,13 @@ def _nearest(contacts: Array, n: int, side: int) -> int:
 
 
 @kernel
-def _least_room(contacts: Array4, room: Out1) -> None:
+def _least_room(contacts: Array4) -> Out1:
+    room = np.empty(len(contacts))
     for n in range(len(contacts)):
         room[n] = inf
         for side in range(contacts.shape[2]):
             room[n] = min(room[n], between(contacts, n, side))
+    return room
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,9 +139,7 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
     within = 2.0 * max(most, config.clearance.wanted)
     body = body_of(config.vehicle, PIECES)
     found = corridor.contacts(index, body, poses, within=within, outward=OUTWARD)
-    room = np.empty(len(poses))
-    _least_room(found.values, room)
-    return room
+    return _least_room(found.values)
 
 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:

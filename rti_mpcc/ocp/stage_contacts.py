@@ -12,7 +12,7 @@ from math import cos, hypot, radians, sin, sqrt, tan
 import numpy as np
 
 from geometry import Corridor
-from geometry.compiled import Array2, Array4, Index1, IndexOut1, Out4, kernel
+from geometry.compiled import Array2, Array4, Index1, Out1, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
@@ -42,29 +42,24 @@ def stage_contacts(
     """
     within = margin + NEAR
     found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=OUTWARD)
-    passing = np.empty(len(plan.controls), dtype=np.int64)
-    count = _passing(found.values, plan.states, margin, cos(CORNER), passing)
-    if not count:
+    stages = np.flatnonzero(_passes_corner(found.values, plan.states, margin))
+    if not len(stages):
         return found
-    stages = passing[:count]
     begins, ends = plan.times[stages, None], plan.times[stages + 1, None]
     between = states_at(plan, (begins + (ends - begins) * _SHARES).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=OUTWARD)
-    values = found.values.copy()
-    _keep_nearer(values, plan.states, more.values, between, stages, wheelbase)
-    return Contacts(values=values)
+    return Contacts(values=_nearer(found.values, plan.states, more.values, between, stages, wheelbase))
 
 
 @kernel
-def _passing(contacts: Array4, states: Array2, margin: float, alike: float, passing: IndexOut1) -> int:
-    """The intervals, from the second on, over which a normal turns, and the margin may be missed; returns how
-    many these are."""
-    count = 0
+def _passes_corner(contacts: Array4, states: Array2, margin: float) -> Out1:
+    """Whether, 1 or 0, a normal turns over each interval (N,), and the margin may be missed; the first one
+    does not count."""
+    passes, alike = np.zeros(len(contacts)), cos(CORNER)
     for k in range(1, len(contacts)):
         way = hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
         turned = states[k + 1, PHI] - states[k, PHI]
         c, s = cos(turned), sin(turned)
-        passes = False
         for piece in range(contacts.shape[1]):
             for side in range(contacts.shape[2]):
                 begin, end = contacts[k - 1, piece, side], contacts[k, piece, side]
@@ -73,19 +68,17 @@ def _passing(contacts: Array4, states: Array2, margin: float, alike: float, pass
                 least = 0.5 * (begin[APART] + end[APART] - way - arm * abs(turned))
                 along = c * end[ALONG] - s * end[ACROSS]
                 across = s * end[ALONG] + c * end[ACROSS]
-                passes |= least < margin and begin[ALONG] * along + begin[ACROSS] * across < alike
-        if passes:
-            passing[count] = k
-            count += 1
-    return count
+                if least < margin and begin[ALONG] * along + begin[ACROSS] * across < alike:
+                    passes[k] = 1.0
+    return passes
 
 
 @kernel
-def _keep_nearer(
-    values: Out4, states: Array2, more: Array4, between: Array2, stages: Index1, wheelbase: float
-) -> None:
+def _nearer(
+    contacts: Array4, states: Array2, more: Array4, between: Array2, stages: Index1, wheelbase: float
+) -> Out4:
     """Of each interval the nearest contact, as seen from the body at its end."""
-    each = len(between) // len(stages)
+    values, each = contacts.copy(), len(between) // len(stages)
     for i in range(len(between)):
         k = stages[i // each]
         turned = between[i, PHI] - states[k + 1, PHI]
@@ -111,3 +104,4 @@ def _keep_nearer(
                 found[ACROSS] = s * normal_x + c * normal_y
                 found[AT_X] = c * nearer[AT_X] - s * nearer[AT_Y]
                 found[AT_Y] = s * nearer[AT_X] + c * nearer[AT_Y]
+    return values

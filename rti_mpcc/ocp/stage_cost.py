@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry import Pose2
 from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
@@ -51,7 +50,7 @@ def quadratic_cost(
     controls: Array,
     weights: StageWeights,
     errors: FrenetErrors | None,
-    goal: Pose2,
+    goal: Array,
     wheelbase: float,
     comfort: Comfort,
     *,
@@ -62,34 +61,27 @@ def quadratic_cost(
 
     Args:
         errors: at `states`; None where no weight is on them.
-        goal: what the last stage is to reach, in the frame and on the branch of `states`.
+        goal: (3,) pose that the last stage is to reach, in the frame and on the branch of `states`.
         wheels: angle that the wheels are to have at the last stage, where a weight is on it [rad].
         terms: of the objective's own; None: none.
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
-    control_hessian, control_gradient = np.empty((2, len(controls), CONTROLS))
     if errors is not None:
         on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
-        _add_errors(errors.values, errors.slopes, on_errors, hessian, gradient)
+        _add_errors(*errors, on_errors, hessian, gradient)
     beyond = weights.comfort
     _add_lateral_excess(
         states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
     )
     if terms is not None:
         terms(hessian, gradient)
-    pull = np.array((goal.x, goal.y, goal.phi))
     clip = GOAL_CLIP if weights.goal_clipped else (np.inf, np.inf)
     at_end = weights.goal_speed, weights.goal_wheels, wheels
-    _add_goal(states[-1], pull, weights.goal, *at_end, *clip, hessian, gradient)
-    on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed
-    _control_cost(controls, *on_controls, weights.progress_reward, control_hessian, control_gradient)
-    for column, most, on_excess in (
-        (A, comfort.acceleration, beyond.acceleration),
-        (DELTA_DOT, comfort.steering_rate, beyond.steering_rate),
-    ):
-        _add_excess(controls, column, on_excess, most, control_hessian, control_gradient)
-    return QuadraticCost(hessian, gradient, control_hessian, control_gradient)
+    _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
+    on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
+    on_excess = beyond.acceleration, comfort.acceleration, beyond.steering_rate, comfort.steering_rate
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, *on_excess))
 
 
 @inner
@@ -149,10 +141,13 @@ def _control_cost(
     steering_rate: Array1,
     virtual_speed: Array1,
     progress_reward: Array1,
-    hessian: Out2,
-    gradient: Out2,
-) -> None:
-    """Equation (C2)."""
+    on_acceleration: Array1,
+    most_acceleration: float,
+    on_steering_rate: Array1,
+    most_steering_rate: float,
+) -> tuple[Out2, Out2]:
+    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
+    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         hessian[k, A] = 2.0 * acceleration[k]
         hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
@@ -160,17 +155,14 @@ def _control_cost(
         for j in range(CONTROLS):
             gradient[k, j] = hessian[k, j] * controls[k, j]
         gradient[k, THETA_DOT] -= progress_reward[k]
-
-
-@kernel
-def _add_excess(
-    controls: Array2, column: int, weights: Array1, most: float, hessian: Out2, gradient: Out2
-) -> None:
-    """What goes beyond comfort of one control, (C4)."""
-    for k in range(len(controls)):
-        weight, excess, slope = _excess(controls[k, column], weights[k], most)
-        gradient[k, column] += 2.0 * weight * excess * slope
-        hessian[k, column] += 2.0 * weight * slope**2
+        for j, on_excess, most in (
+            (A, on_acceleration[k], most_acceleration),
+            (DELTA_DOT, on_steering_rate[k], most_steering_rate),
+        ):
+            weight, excess, slope = _excess(controls[k, j], on_excess, most)
+            gradient[k, j] += 2.0 * weight * excess * slope
+            hessian[k, j] += 2.0 * weight * slope**2
+    return hessian, gradient
 
 
 @kernel

@@ -10,6 +10,8 @@ from geometry import PathPart, Pose2, lift
 
 PROJECTION_REACH = 1.0
 """A goal that has moved by less than this is projected near its last projection [m]: noise makes no jumps."""
+OVERRUN = 0.1
+"""Of the progress past the stop of a goal pose [m] (published code)."""
 
 
 class TargetKind(Enum):
@@ -44,6 +46,11 @@ class Target:
     def stop(self) -> float:
         """min(theta_e, theta_g): where the path stops to count [m]."""
         return min(self.theta, self.theta_end)
+
+    @property
+    def farthest(self) -> float:
+        """How far the progress may go [m]: at a path's end no farther than the stop, it would end there."""
+        return self.stop + (OVERRUN if self.kind is TargetKind.POSE else 0.0)
 
     @property
     def behind(self) -> float:

@@ -312,7 +312,9 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
         return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
-    position, heading, speed, angle, a, rate = extremes(plan, config.vehicle.wheelbase)
+    position, heading, speed, angle, a, rate = extremes(
+        plan.times, plan.states, plan.controls, config.vehicle.wheelbase
+    )
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
     begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))
     if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):

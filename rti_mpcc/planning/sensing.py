@@ -123,8 +123,8 @@ def distance_left(
 def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     """Where the vehicle stops from `state` (6,) at the comfort acceleration, steering held."""
     most, speed = config.comfort_acceleration, state[V]
-    control = (-copysign(most, speed), 0.0, 0.0)
-    stopped = step_one(state, control, abs(speed) / most, config.vehicle.wheelbase)
+    braking, seconds = -copysign(most, speed), abs(speed) / most
+    stopped = step_one(*state, braking, 0.0, 0.0, seconds, config.vehicle.wheelbase)
     return Pose2(stopped[X], stopped[Y], stopped[PHI])
 
 

@@ -18,16 +18,15 @@ so OSQP's own scaling (a pass over the matrices each cycle) can stay off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
+from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4, record
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
-# Kernels read these (geometry.compiled).
 STATE_UNITS = np.array([1.0, 1.0, 0.3, 1.0, 0.3, 1.0])
 """What one scaled unit of x, y, phi, v, delta, theta is."""
 CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
@@ -56,123 +55,60 @@ DRIVEN = np.array([V, DELTA, THETA])
 """States that the controls change at the rate 1."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Slots:
-    """A sparse matrix in CSC form whose entries are written group by group.
-
-    Attributes:
-        shape: (rows, columns).
-        indices, indptr: CSC pattern.
-        groups: name -> positions in the CSC data, in the shape in which the group is written.
-        scales: name -> factor from physical to scaled units, same shape.
-        constant: (nnz,) data with the entries that never change filled in, 0 elsewhere.
-    """
-
-    shape: tuple[int, int]
-    indices: Index
-    indptr: Index
-    groups: dict[str, Index]
-    scales: dict[str, Array]
-    constant: Array
-
-    def matrix(self, data: Array) -> sparse.csc_matrix:
-        """The matrix with `data` (nnz,), explicit zeros kept."""
-        return sparse.csc_matrix((data, self.indices, self.indptr), shape=self.shape)
-
-
-class _SlotsBuilder:
-    """Collects groups of entries and orders them into CSC form."""
-
-    def __init__(self, row_units: Array, column_units: Array, *, hessian: bool = False) -> None:
-        self._row_units, self._column_units, self._hessian = row_units, column_units, hessian
-        self._rows: list[Index] = []
-        self._columns: list[Index] = []
-        self._values: list[Array] = []
-        self._shapes: dict[str, tuple[int, ...]] = {}
-
-    def add(self, name: str, rows: Index, columns: Index, value: float = 0.0) -> None:
-        rows, columns = np.broadcast_arrays(rows, columns)
-        self._shapes[name] = rows.shape
-        self._rows.append(rows.ravel())
-        self._columns.append(columns.ravel())
-        self._values.append(np.full(rows.size, value))
-
-    def build(self) -> Slots:
-        rows, columns = np.concatenate(self._rows), np.concatenate(self._columns)
-        row_scale = self._row_units if self._hessian else 1.0 / self._row_units
-        scale = row_scale[rows] * self._column_units[columns]
-        order = np.lexsort((rows, columns))
-        position = np.empty_like(order)
-        position[order] = np.arange(len(order))
-        counts = np.bincount(columns, minlength=len(self._column_units))
-        groups, scales, begin = {}, {}, 0
-        for name, shape in self._shapes.items():
-            size = int(np.prod(shape))
-            groups[name] = position[begin : begin + size].reshape(shape)
-            scales[name] = scale[begin : begin + size].reshape(shape)
-            begin += size
-        return Slots(
-            shape=(len(self._row_units), len(self._column_units)),
-            indices=rows[order],
-            indptr=np.concatenate([[0], np.cumsum(counts)]),
-            groups=groups,
-            scales=scales,
-            constant=(np.concatenate(self._values) * scale)[order],
-        )
-
-
-class Columns(NamedTuple):
-    """A vector over the variables, block by block: states (N+1, 6), controls (N, 3), slack (N,)."""
-
-    states: Array
-    controls: Array
-    slack: Array
-
-
-class Rows(NamedTuple):
-    """A vector over the constraints, block by block: initial (6,), dynamics (N, 6), bounds (2, N, 3) on
-    states and controls, corridor (N, pieces, sides), slack (N,)."""
-
-    initial: Array
-    dynamics: Array
-    bounds: Array
-    corridor: Array
-    slack: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QpPattern:
-    """Where everything stands in the QP.
+@record
+class QpPattern(NamedTuple):
+    """Where everything stands in the QP; all arrays are read-only, kernels take it whole.
 
     Attributes:
         state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
         dynamics_rows (N+1, 6), bound_rows (2, N, 3) of states and controls, corridor_rows (N, pieces, sides),
             slack_rows (N,): constraints.
-        column_units: what one scaled unit is; bound_units: (2, 3) the same of bounds on states and controls.
-        cost, constraints: the slots of P (upper triangle) and A.
+        column_units: (n,) what one scaled unit is; bound_units: (2, 3) the same of `bound_rows`.
+        hessians (N+1, 13) of `HESSIAN_PAIRS`, control_hessians (N, 3), slack_hessians (N,): slots of P.
+        poses (N, 15) as in `ModelStep.pose_by`, driven (N, 3), bounds (2, N, 3), half_planes (N, pieces,
+            sides, 4) on x, y, phi and slack: slots of A.
+        cost_...: of P (upper triangle) in CSC form; constraint_...: of A. `scale`: (nnz,) from physical to
+            scaled units; `constant`: (nnz,) the entries that never change, 0 elsewhere.
     """
 
-    state_columns: Index
-    control_columns: Index
-    slack_columns: Index
-    dynamics_rows: Index
-    bound_rows: Index
-    corridor_rows: Index
-    slack_rows: Index
-    column_units: Array
-    bound_units: Array
-    cost: Slots
-    constraints: Slots
+    state_columns: Index2
+    control_columns: Index2
+    slack_columns: Index1
+    dynamics_rows: Index2
+    bound_rows: Index3
+    corridor_rows: Index3
+    slack_rows: Index1
+    column_units: Array1
+    bound_units: Array2
+    hessians: Index2
+    control_hessians: Index2
+    slack_hessians: Index1
+    poses: Index2
+    driven: Index2
+    bounds: Index3
+    half_planes: Index4
+    cost_indices: Index1
+    cost_indptr: Index1
+    cost_scale: Array1
+    cost_constant: Array1
+    constraint_indices: Index1
+    constraint_indptr: Index1
+    constraint_scale: Array1
+    constraint_constant: Array1
 
-    def columns(self, vector: Array) -> Columns:
-        """The blocks of a vector (n,) over the variables, as views."""
-        blocks = self.state_columns, self.control_columns, self.slack_columns
-        return Columns(*(block(vector, each) for each in blocks))
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of constraints and of variables."""
+        return self.slack_rows[-1] + 1, len(self.column_units)
 
-    def rows(self, vector: Array) -> Rows:
-        """The blocks of a vector (m,) over the constraints, as views."""
-        blocks = self.dynamics_rows[0], self.dynamics_rows[1:], self.bound_rows, self.corridor_rows
-        return Rows(*(block(vector, each) for each in (*blocks, self.slack_rows)))
+    def cost_matrix(self, data: Array) -> sparse.csc_matrix:
+        """P with `data` (nnz,), explicit zeros kept."""
+        columns = len(self.column_units)
+        return sparse.csc_matrix((data, self.cost_indices, self.cost_indptr), shape=(columns, columns))
+
+    def constraint_matrix(self, data: Array) -> sparse.csc_matrix:
+        """A with `data` (nnz,), explicit zeros kept."""
+        return sparse.csc_matrix((data, self.constraint_indices, self.constraint_indptr), shape=self.shape)
 
 
 def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
@@ -190,43 +126,61 @@ def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
     row_units[dynamics_rows], row_units[slack_rows] = STATE_UNITS, SLACK_UNIT
     row_units[bound_rows] = BOUND_UNIT * np.stack([STATE_UNITS[BOUNDED], CONTROL_UNITS])[:, None]
 
-    cost = _SlotsBuilder(column_units, column_units, hessian=True)
-    cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])
-    cost.add("controls", control_columns, control_columns)
-    cost.add("slacks", slack_columns, slack_columns)
-
-    a = _SlotsBuilder(row_units, column_units)
-    a.add("initial", dynamics_rows[0], state_columns[0], 1.0)
-    a.add("same state", dynamics_rows[1:, KEPT], state_columns[:-1, KEPT], 1.0)
-    a.add("next state", dynamics_rows[1:], state_columns[1:], -1.0)
+    cost, (hessians, control_hessians, slack_hessians) = _slots(
+        column_units,
+        column_units,
+        (state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]], 0.0),
+        (control_columns, control_columns, 0.0),
+        (slack_columns, slack_columns, 0.0),
+    )
     causes = np.hstack([state_columns[:-1, [PHI, V, DELTA]], control_columns[:, [A, DELTA_DOT]]])
     pose = dynamics_rows[1:, [X, Y, PHI]]
-    a.add("pose", pose.repeat(causes.shape[1], axis=1), np.tile(causes, pose.shape[1]))
-    a.add("driven", dynamics_rows[1:, DRIVEN], control_columns)
-    bounded = np.stack([state_columns[1:, BOUNDED], control_columns])
-    a.add("bounds", bound_rows, bounded, 1.0)
     pose_and_slack = np.hstack([state_columns[1:, [X, Y, PHI]], slack_columns[:, None]])
-    a.add("half-planes", corridor_rows[..., None], pose_and_slack[:, None, None, :])
-    a.add("slack bounds", slack_rows, slack_columns, 1.0)
-    return QpPattern(
-        state_columns=state_columns,
-        control_columns=control_columns,
-        slack_columns=slack_columns,
-        dynamics_rows=dynamics_rows,
-        bound_rows=bound_rows,
-        corridor_rows=corridor_rows,
-        slack_rows=slack_rows,
-        column_units=column_units,
-        bound_units=row_units[bound_rows[:, 0]],
-        cost=cost.build(),
-        constraints=a.build(),
+    constraints, (poses, driven, bounds, half_planes, *_) = _slots(
+        1.0 / row_units,
+        column_units,
+        (pose.repeat(causes.shape[1], axis=1), np.tile(causes, pose.shape[1]), 0.0),
+        (dynamics_rows[1:, DRIVEN], control_columns, 0.0),
+        (bound_rows, np.stack([state_columns[1:, BOUNDED], control_columns]), 1.0),
+        (corridor_rows[..., None], pose_and_slack[:, None, None, :], 0.0),
+        (dynamics_rows[0], state_columns[0], 1.0),
+        (dynamics_rows[1:, KEPT], state_columns[:-1, KEPT], 1.0),
+        (dynamics_rows[1:], state_columns[1:], -1.0),
+        (slack_rows, slack_columns, 1.0),
     )
+    pattern = QpPattern(
+        state_columns, control_columns, slack_columns,
+        dynamics_rows, bound_rows, corridor_rows, slack_rows,
+        column_units, row_units[bound_rows[:, 0]],
+        hessians, control_hessians, slack_hessians,
+        poses, driven, bounds, half_planes,
+        *cost, *constraints,
+    )  # fmt: skip
+    for each in pattern:
+        each.setflags(write=False)
+    return pattern
 
 
-def block(vector: Array, indices: Index) -> Array:
-    """What consecutive `indices` of any shape name in a vector, as a view of that shape."""
-    begin = indices.item(0) if indices.size else 0
-    return vector[begin : begin + indices.size].reshape(indices.shape)
+def _slots(
+    row_scale: Array, column_scale: Array, *groups: tuple[Index, Index, float]
+) -> tuple[tuple[Index, Index, Array, Array], list[Index]]:
+    """A sparse matrix of groups of entries: their rows and columns, and the value that they keep, or 0.
+
+    Returns: its indices, indptr, scale and constant in CSC form; the slots of each group, in its shape.
+    """
+    spread = [np.broadcast_arrays(rows, columns) for rows, columns, _ in groups]
+    rows, columns = (np.concatenate([each[i].ravel() for each in spread]) for i in range(2))
+    values = np.repeat([value for *_, value in groups], [each.size for each, _ in spread])
+    order = np.lexsort((rows, columns))
+    slots = np.empty_like(order)
+    slots[order] = np.arange(len(order))
+    ends = np.cumsum([each.size for each, _ in spread])[:-1]
+    scale = (row_scale[rows] * column_scale[columns])[order]
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(columns, minlength=len(column_scale)))])
+    groups_of = [
+        each.reshape(like.shape) for each, (like, _) in zip(np.split(slots, ends), spread, strict=True)
+    ]
+    return (rows[order], indptr, scale, values[order] * scale), groups_of
 
 
 def _consecutive(*shapes: tuple[int, ...]) -> tuple[list[Index], int]:

@@ -44,9 +44,9 @@ class QpProblem:
 def problem_of(pattern: QpPattern, values: QpValues, primal: Array, dual: Array) -> QpProblem:
     """Copies of the numbers as they are now, in the matrices of the pattern, with a guess (n,), (m,)."""
     return QpProblem(
-        cost=pattern.cost.matrix(values.cost.copy()),
+        cost=pattern.cost_matrix(values.cost.copy()),
         gradient=values.gradient.copy(),
-        constraints=pattern.constraints.matrix(values.constraints.copy()),
+        constraints=pattern.constraint_matrix(values.constraints.copy()),
         lower=values.lower.copy(),
         upper=values.upper.copy(),
         primal=primal,

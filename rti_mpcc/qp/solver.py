@@ -19,7 +19,7 @@ from scipy.sparse import csc_matrix
 
 from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import SolverSettings
-from rti_mpcc.qp.filling import QpValues
+from rti_mpcc.qp.filling import ROW_SCALING_MOST, QpValues
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.types import Array
 
@@ -27,10 +27,8 @@ GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 """Only these give a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
 
 SOLVED = "solved"
-"""OSQP's word for that."""
-
 AT_LIMIT = "maximum iterations reached"
-"""And for a QP that has had all the iterations that it may have."""
+"""OSQP's words for that, and for a QP that has had all the iterations that it may have."""
 
 UNFINISHED = frozenset(
     {
@@ -41,7 +39,6 @@ UNFINISHED = frozenset(
     }
 )
 """What a QP is called that has had its iterations and not come to an end."""
-
 
 FINE_TOLERANCE, FINE_ITERATIONS = 1e-6, 6
 """Tolerance of the first iterations of a QP that goes on from the one before: a shape that costs little
@@ -60,16 +57,16 @@ class Steps(NamedTuple):
     Attributes:
         rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
         fine: it is to come to the fine tolerance in its first iterations.
-        rows_scaled: bounds that are far off count less, see `qp.filling.ROW_SCALING_FROM`.
+        row_scaling: how much less bounds that are far off count at most, see `qp.filling.ROW_SCALING_FROM`.
     """
 
     rho: float = 0.1
     over_relaxation: float = 1.6
     fine: bool = False
-    rows_scaled: bool = False
+    row_scaling: float = 1.0
 
 
-WARM = Steps(over_relaxation=1.0, fine=True, rows_scaled=True)
+WARM = Steps(over_relaxation=1.0, fine=True, row_scaling=ROW_SCALING_MOST)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
 its guess takes 3 (docs/decisions, 4)."""
@@ -97,7 +94,7 @@ class Stop(NamedTuple):
     iterations: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class QpSolution:
     """What a solve gave.
 
@@ -135,39 +132,26 @@ def solve_once(
     """The solution (n,) of min x'Px/2 + q'x, l <= Ax <= u, or None: of a QP that is not solved again.
 
     Args:
-        cost: P (n, n), dense; gradient: q (n,); constraints: A (m, n), dense; lower, upper: (m,).
-        accuracy: absolute and relative, of the residuals; iterations: at most. Numbers are to be about 1:
-            nothing is scaled.
+        cost: P (n, n), dense; gradient: q (n,); constraints: A (m, n), dense; lower, upper: (m,). Numbers are
+            to be about 1: nothing is scaled.
+        accuracy: absolute and relative, of the residuals; iterations: at most.
 
     Raises:
-        ValueError: lengths that do not fit, numbers that are none, or a lower bound above its upper one.
+        ValueError: numbers that are none, or a lower bound above its upper one.
     """
-    m, n = constraints.shape
-    if cost.shape != (n, n) or gradient.shape != (n,) or lower.shape != (m,) or upper.shape != (m,):
-        raise ValueError(f"a QP of {n} variables and {m} rows: other lengths were given")
     finite = all(np.isfinite(each).all() for each in (cost, gradient, constraints))
     if not finite or not (lower <= upper).all():
         raise ValueError(BAD_BOUNDS)
     solver = osqp.OSQP()
     solver.setup(
-        csc_matrix(np.triu(cost)),
-        gradient,
-        csc_matrix(constraints),
-        lower,
-        upper,
-        verbose=False,
-        scaling=0,
-        rho=1.0,
-        eps_abs=accuracy,
-        eps_rel=accuracy,
-        max_iter=iterations,
+        csc_matrix(np.triu(cost)), gradient, csc_matrix(constraints), lower, upper,
+        verbose=False, scaling=0, rho=1.0, eps_abs=accuracy, eps_rel=accuracy, max_iter=iterations,
         check_termination=10,
-    )
+    )  # fmt: skip
     answer = solver.solve(raise_error=False)
     if int(answer.info.status_val) not in GOOD | UNFINISHED or not np.isfinite(answer.x).all():
         return None
-    found: Array = np.asarray(answer.x)
-    return found
+    return np.asarray(answer.x)
 
 
 class QpSolver:
@@ -181,31 +165,21 @@ class QpSolver:
         self._osqp_settings: Any = None
         self._keeps = False  # something of a QP that it has begun: an iterate, or an adapted step size
         self._steps = COLD
-        self._most = settings.max_iterations
-        rows, _ = pattern.constraints.shape
+        rows, _ = pattern.shape
         self._bounds = (np.empty(rows), np.empty(rows))
 
-    def set_steps(self, steps: Steps) -> None:
-        """Step so from now on. Others than the last begin with their own step-size parameter."""
+    def update(self, values: QpValues, steps: Steps = COLD) -> str:
+        """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
+
+        After numbers that OSQP refuses it is set up anew with the next ones. Other `steps` than the last ones
+        begin with their own step-size parameter.
+        """
         if steps != self._steps:
             self._steps = steps
             self._step_so()
-
-    def _step_so(self) -> None:
-        if self._osqp is None:
-            return
-        self._set(alpha=self._steps.over_relaxation)
-        if self._osqp.update_rho(self._steps.rho):
-            self._osqp = None
-
-    def update(self, values: QpValues) -> str:
-        """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
-
-        After numbers that OSQP refuses it is set up anew with the next ones.
-        """
-        problem = self._complaint(values)
-        if problem:
-            return problem
+        for name in ("cost", "gradient", "constraints"):
+            if not _all_finite(getattr(values, name)):
+                return f"{name} not finite"
         if self._osqp is None:
             return self._set_up(values)
         error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
@@ -214,13 +188,16 @@ class QpSolver:
         )
         return self._refused(error) if error else ""
 
-    def solve(self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None) -> QpSolution:
+    def solve(
+        self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None, patience: int = 1
+    ) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:
             values: as in the last `update`, but for its bounds.
             primal: (n,), dual: (m,) guess in scaled units.
             ends: asked before each slice of iterations.
+            patience: how many times the configured iterations it may take.
         """
         if self._osqp is None:
             return self.nothing("not prepared")
@@ -233,15 +210,19 @@ class QpSolver:
         self._osqp.warm_start(primal, dual)
         self._keeps = True
         settings, done, seconds = self._settings, 0, 0.0
+        allowed = patience * settings.max_iterations
         while True:
             word = ends(done) if ends is not None else ""
             if word:
-                return self._stopped(Stop(word, done), primal, dual, seconds)
+                nothing = self.nothing(word, iterations=done, seconds=seconds)
+                return replace(nothing, primal=primal, dual=dual, stopped=Stop(word, done))
             first = self._steps.fine and done == 0
-            most = FINE_ITERATIONS if first else SLICE_ITERATIONS
+            most = min(FINE_ITERATIONS if first else SLICE_ITERATIONS, allowed - done)
             tolerance = min(FINE_TOLERANCE, settings.tolerance) if first else settings.tolerance
-            error = self._slice(min(most, self._most - done), tolerance)
-            if error:
+            if (most, tolerance) != (self._osqp_settings.max_iter, self._osqp_settings.eps_abs):
+                self._set(max_iter=most, eps_abs=tolerance, eps_rel=tolerance)
+            error = int(self._osqp.solve())
+            if error:  # OSQP's solution is an old one
                 return self.nothing(self._refused(error), iterations=done, seconds=seconds)
             info, solution = self._osqp.info, self._osqp.solution
             primal, dual = np.array(solution.x), np.array(solution.y)
@@ -251,48 +232,34 @@ class QpSolver:
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
-            if solved or info.status_val not in UNFINISHED or not finite or done >= self._most:
+            if solved or info.status_val not in UNFINISHED or not finite or done >= allowed:
                 break
         if not solved or not finite:
             self.forget()
-            status = AT_LIMIT if done >= self._most else str(info.status)
+            status = AT_LIMIT if done >= allowed else str(info.status)
             return self.nothing(status, iterations=done, seconds=seconds)
-        return QpSolution(
-            solved=True,
-            primal=primal,
-            dual=dual,
-            status=SOLVED,
-            iterations=done,
-            residuals=(float(info.prim_res), float(info.dual_res)),
-            stopped=None,
-            seconds=seconds,
-        )
-
-    def _slice(self, iterations: int, tolerance: float) -> int:
-        """So many iterations more: OSQP's error number, or 0. After an error its solution is an old one."""
-        if (iterations, tolerance) != (self._osqp_settings.max_iter, self._osqp_settings.eps_abs):
-            self._set(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
-        return int(self._osqp.solve())
-
-    def _stopped(self, stop: Stop, primal: Array, dual: Array, seconds: float) -> QpSolution:
-        """A QP that was not let come to an end; its iterate is a guess for another try."""
-        nothing = self.nothing(stop.status, iterations=stop.iterations, seconds=seconds)
-        return replace(nothing, primal=primal, dual=dual, stopped=stop)
-
-    def allow(self, patience: int) -> None:
-        """From now on a QP may take `patience` times the configured iterations."""
-        self._most = patience * self._settings.max_iterations
+        residuals = float(info.prim_res), float(info.dual_res)
+        return QpSolution(True, primal, dual, SOLVED, done, residuals, None, seconds)
 
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
         if self._osqp is not None and self._keeps:
-            rows, columns = self._pattern.constraints.shape
+            rows, columns = self._pattern.shape
             self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
             self._step_so()
             self._keeps = False
 
+    def _step_so(self) -> None:
+        if self._osqp is None:
+            return
+        self._set(alpha=self._steps.over_relaxation)
+        if self._osqp.update_rho(self._steps.rho):
+            self._osqp = None
+
     def _set_up(self, values: QpValues) -> str:
-        settings, (rows, columns) = self._settings, self._pattern.constraints.shape
+        if not _taken(values.lower, values.upper, _INFINITY, *self._bounds):
+            return BAD_BOUNDS
+        settings, (rows, columns) = self._settings, self._pattern.shape
         self._osqp_settings = _EXTENSION.OSQPSettings()
         _EXTENSION.osqp_set_default_settings(self._osqp_settings)
         self._set(
@@ -311,9 +278,9 @@ class QpSolver:
         )
         try:
             self._osqp = _EXTENSION.OSQPSolver(
-                _EXTENSION.CSC(self._pattern.cost.matrix(values.cost)),
+                _EXTENSION.CSC(self._pattern.cost_matrix(values.cost)),
                 values.gradient,
-                _EXTENSION.CSC(self._pattern.constraints.matrix(values.constraints)),
+                _EXTENSION.CSC(self._pattern.constraint_matrix(values.constraints)),
                 *self._bounds,
                 rows,
                 columns,
@@ -336,30 +303,11 @@ class QpSolver:
         self._osqp = None
         return f"refused by OSQP, error {error}"
 
-    def _complaint(self, values: QpValues) -> str:
-        rows, columns = self._pattern.constraints.shape
-        if values.gradient.shape != (columns,) or values.lower.shape != (rows,):
-            return "lengths do not fit the pattern"
-        for name in ("cost", "gradient", "constraints"):
-            if not _all_finite(getattr(values, name)):
-                return f"{name} not finite"
-        if self._osqp is None and not _taken(values.lower, values.upper, _INFINITY, *self._bounds):
-            return BAD_BOUNDS
-        return ""
-
     def nothing(self, status: str, *, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
         """The result of a QP that was not solved, with the word for why."""
-        rows, columns = self._pattern.constraints.shape
-        return QpSolution(
-            solved=False,
-            primal=np.zeros(columns),
-            dual=np.zeros(rows),
-            status=status,
-            iterations=iterations,
-            residuals=(np.inf, np.inf),
-            stopped=None,
-            seconds=seconds,
-        )
+        rows, columns = self._pattern.shape
+        none = np.zeros(columns), np.zeros(rows)
+        return QpSolution(False, *none, status, iterations, (np.inf, np.inf), None, seconds)
 
 
 @kernel

@@ -22,19 +22,14 @@ def pose_after(x: float, y: float, phi: float, length: float, curvature: float) 
     return x + chord * cos(phi + half), y + chord * sin(phi + half), phi + 2.0 * half
 
 
-def poses_after(start: Array, route: Array) -> Array:
-    """The poses (n, 3) after each of the arcs (n, 2) of a route from `start` (3,)."""
-    poses = np.empty((len(route), 3))
-    _trace(start, route, poses)
-    return poses
-
-
 @kernel
-def _trace(start: Array1, route: Array2, poses: Out2) -> None:
-    x, y, phi = start[0], start[1], start[2]
+def poses_after(start: Array1, route: Array2) -> Out2:
+    """The poses (n, 3) after each of the arcs (n, 2) of a route from `start` (3,)."""
+    poses, x, y, phi = np.empty((len(route), 3)), start[0], start[1], start[2]
     for k in range(len(route)):
         x, y, phi = pose_after(x, y, phi, route[k, 0], route[k, 1])
         poses[k, 0], poses[k, 1], poses[k, 2] = x, y, phi
+    return poses
 
 
 def length_of(route: Array) -> float:

@@ -18,8 +18,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from geometry.arrays import Array, Index
-from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel, record
+from geometry.arrays import Array
+from geometry.compiled import Array1, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel, record
 from rti_mpcc.route_planner.arcs import find_cusps, length_of, pose_after
 
 MIDDLE_X: Final = 0
@@ -37,12 +37,13 @@ _SPREADS = 300
 """Number of times that the excess over the largest curvature is moved to both sides."""
 
 
+@record
 class Traced(NamedTuple):
     """Poses (n, 3) after each arc, `arcs` (n, ARC), and the knot (n,) before the middle of each."""
 
-    poses: Array
-    arcs: Array
-    knot: Index
+    poses: Out2
+    arcs: Out2
+    knot: IndexOut1
 
 
 @record
@@ -99,25 +100,12 @@ class CurvatureProfile(NamedTuple):
         length = np.maximum(self.length + change[count:], _LEAST_LENGTH)
         return self._replace(knots=self.knots + change[:count], length=length)
 
-    def traced(self, start: Array) -> Traced:
-        """The arcs from a start (3,)."""
-        arcs = int(self.arcs[-1])
-        traced = Traced(np.empty((arcs, 3)), np.empty((arcs, ARC)), np.empty(arcs, np.int64))
-        _trace(self, start, *traced)
-        return traced
-
     def route(self, at: Traced) -> Array:
         """Signed lengths [m] and curvatures [1/m] of the arcs (n, 2)."""
         counts = np.diff(self.arcs)
         return np.column_stack(
             (np.repeat(self.direction * self.length / counts, counts), at.arcs[:, CURVATURE])
         )
-
-    def slopes(self, at: Traced, rows: Index) -> Array:
-        """Derivatives of the poses with these indices (n,) by curvatures and lengths, (n, 3, k + m), (R3)."""
-        slopes = np.zeros((len(rows), 3, self.variables))
-        _slopes(self, *at, rows, slopes)
-        return slopes
 
 
 def _means(route: Array, whole: float, count: int) -> Array:
@@ -145,9 +133,12 @@ def _spread(knots: Array, most: float) -> Array:
 
 
 @kernel
-def _trace(profile: CurvatureProfile, start: Array1, poses: Out2, arcs: Out2, knot: IndexOut1) -> None:
+def traced(profile: CurvatureProfile, start: Array1) -> Traced:
+    """The arcs of a profile from a start (3,)."""
     x, y, phi = start[0], start[1], start[2]
     segments, first, knots = profile.arcs, profile.first, profile.knots
+    poses, arcs = np.empty((segments[-1], 3)), np.empty((segments[-1], ARC))
+    knot = np.empty(segments[-1], np.int64)
     for m in range(len(profile.direction)):
         count, d = segments[m + 1] - segments[m], profile.direction[m]
         h = profile.length[m] / count
@@ -163,13 +154,14 @@ def _trace(profile: CurvatureProfile, start: Array1, poses: Out2, arcs: Out2, kn
             arcs[i, MIDDLE_X], arcs[i, MIDDLE_Y] = middle_x, middle_y
             arcs[i, TANGENT_X], arcs[i, TANGENT_Y] = d * cos(middle_phi), d * sin(middle_phi)
             arcs[i, CURVATURE], arcs[i, SHARE], knot[i] = curvature, share, at
+    return Traced(poses, arcs, knot)
 
 
 @kernel
-def _slopes(
-    profile: CurvatureProfile, poses: Array2, arcs: Array2, knot: Index1, rows: Index1, slopes: Out3
-) -> None:
-    segments, knots = profile.arcs, len(profile.knots)
+def slopes_of(profile: CurvatureProfile, at: Traced, rows: Index1) -> Out3:
+    """Derivatives of the poses with these indices (n,) by curvatures and lengths, (n, 3, k + m), (R3)."""
+    (poses, arcs, knot), segments, knots = at, profile.arcs, len(profile.knots)
+    slopes = np.zeros((len(rows), 3, knots + len(profile.length)))
     for r in range(len(rows)):
         x, y = poses[rows[r], 0], poses[rows[r], 1]
         for m in range(len(profile.direction)):
@@ -184,6 +176,7 @@ def _slopes(
                 slope[0, knots + m] += (arcs[j, TANGENT_X] + turn * across_x) / count
                 slope[1, knots + m] += (arcs[j, TANGENT_Y] + turn * across_y) / count
                 slope[2, knots + m] += turn / count
+    return slopes
 
 
 @inner

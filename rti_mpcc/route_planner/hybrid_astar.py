@@ -5,8 +5,9 @@ environments", IJRR 2010. From a pose the vehicle drives arcs in both directions
 half and fully turned; an arc that is blocked ends where it is blocked.
 
 Two trees grow in turn, one from the start and, against time, one from the goal: a tight end is easily left
-and hard to enter. Now and then the cheapest Reeds-Shepp curves from a node to nodes of the other tree are
-tried, of which its root is one; a clear one makes a whole route (`connection`).
+and hard to enter. Now and then analytic expansion is tried: of the nodes of the other tree, of which its root
+is one, those through which a route would be cheapest, and to each the cheapest Reeds-Shepp curves. A clear
+one makes a whole route; the best so far is kept.
 
 The remaining cost is estimated by the larger of the Reeds-Shepp cost without obstacles and the cost of a
 point past them (`cost_to_go`), times a weight.
@@ -20,30 +21,25 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import inner, kernel
+from geometry.compiled import IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import BodyShape, SolidShapes
 from rti_mpcc.route_planner.arcs import pose_after
-from rti_mpcc.route_planner.connection import (
-    COST,
-    FOUND_AT,
-    FROM,
-    HERE,
-    NEAREST,
-    THERE,
-    Connection,
-    connect,
-    no_connection,
-)
 from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
     NO_LENGTH,
     SearchWorkspace,
     Terms,
     clear_at,
+    closeness_along,
     closeness_of,
+    cost_along,
+    find_curves,
+    joint_cost,
     least_to,
     steering_of,
     step_to_take,
+    take_curve,
     workspace_of,
 )
 from rti_mpcc.route_planner.tree import (
@@ -52,6 +48,7 @@ from rti_mpcc.route_planner.tree import (
     NODES,
     NONE,
     QUEUED,
+    TARGETS_KNOWN,
     Tree,
     add_target,
     branch_to,
@@ -72,6 +69,27 @@ _EVERY: Final = 4  # nodes that are expanded between two from which curves are t
 _MORE: Final = 0.5  # after a first route so many times the nodes until then are expanded for a better one
 _HALVES: Final = 3  # of an arc's last step, where it is blocked
 _SHORTEST: Final = 0.3  # of the least distance between checks: a shorter arc is none
+_CURVES: Final = 4  # tried to each node of the other tree
+_REACH: Final = 6.0  # [radii] curves lead no farther, but to the first two nodes
+COST, NEAREST = 0, 1
+HERE, THERE, FROM, FOUND_AT = 0, 1, 2, 3
+
+
+@record
+class Connection(NamedTuple):
+    """The best whole route found so far.
+
+    Attributes:
+        best: its COST, inf without one, and how far the NEAREST node of a tree is from the root of the other
+            [m].
+        nodes: those that it joins, HERE and THERE; the tree that the curve is FROM; FOUND_AT: the number of
+            nodes that were expanded before the first one was found.
+        curve: (PIECES, 2) signed lengths [m] and curvatures [1/m], from HERE to THERE.
+    """
+
+    best: Out1
+    nodes: IndexOut1
+    curve: Out2
 
 
 @kernel
@@ -100,7 +118,7 @@ def _advance(
         whole.best[NEAREST] = min(whole.best[NEAREST], left)
         add_target(tree, node, terms.radius)
         if (expanded + 1) % _EVERY == 0 or tree.counters[EXPANDED] <= 2:
-            connect(tree, node, other, which, whole, terms, work)
+            _connect(tree, node, other, which, whole, terms, work)
         _expand(tree, node, other, whole, grid, terms, work)
     return SEARCHING
 
@@ -124,19 +142,20 @@ def _expand(
                 base += terms.steering * abs(steering - steering_of(bent, terms))
                 if sign * incoming < 0.0:
                     base += terms.cusp
-            x, y, phi, clear, driven, extra = _drive(tree, node, sign, curvature, terms, work)
+            driven, extra = _drive(tree, node, sign, curvature, terms, work)
             if driven < _SHORTEST * terms.check:
                 continue
             cost = base + (terms.ahead if sign > 0 else terms.back) * driven + extra
             if cost < whole.best[COST]:
-                _enter(tree, node, x, y, phi, clear, sign * driven, curvature, cost, other, grid, terms)
+                _enter(tree, node, cost, other, grid, terms)
 
 
 @inner
 def _drive(
     tree: Tree, node: int, sign: int, curvature: float, terms: Terms, work: SearchWorkspace
-) -> tuple[float, float, float, float, float, float]:
-    """End of an arc from a node: pose, clearance there [m], length driven [m], and cost of closeness."""
+) -> tuple[float, float]:
+    """Drive an arc from a node; its end is the tree's next node, if it is entered. Returns the length driven
+    [m], and the cost of closeness."""
     x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.clearance[node]
     longest = terms.arc * (2.0 if clear >= terms.open else 1.0)
     lever = 1.0 + terms.reach * abs(curvature)
@@ -152,31 +171,22 @@ def _drive(
             extra += step * closeness_of(clear, terms)
         if halves > 0 or ahead < terms.margin:
             halves += 1
-    return x, y, phi, clear, driven, extra
+    new = tree.counters[NODES]
+    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
+    tree.arc[new, 0], tree.arc[new, 1], tree.clearance[new] = sign * driven, curvature, clear
+    return driven, extra
 
 
 @inner
-def _enter(
-    tree: Tree,
-    node: int,
-    x: float,
-    y: float,
-    phi: float,
-    clear: float,
-    length: float,
-    curvature: float,
-    cost: float,
-    other: Tree,
-    grid: CostToGo,
-    terms: Terms,
-) -> None:
-    """Queue a pose that was reached from a node, if it is the cheapest in its cell so far."""
-    root, target = tree.pose[0], other.pose[0]
+def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, terms: Terms) -> None:
+    """Queue the pose to which an arc from a node was driven, if it is the cheapest in its cell so far."""
+    new, root, target = tree.counters[NODES], tree.pose[0], other.pose[0]
+    x, y, phi, clear = tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2], tree.clearance[new]
     share = 0.5 if clear >= terms.open else 1.0
     if clear < terms.tight:
         near = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])) < terms.fine
         share = terms.finer if near else share
-    key = lattice_key(tree, x, y, phi, length > 0.0, share, terms.cell)
+    key = lattice_key(tree, new, share, terms.cell)
     at = slot_of(tree.keys, key)
     taken = tree.keys[at] != EMPTY
     if taken and tree.cost[tree.in_cell[at]] <= cost:
@@ -184,16 +194,81 @@ def _enter(
     left = max(least_to(x, y, phi, target, terms), cost_at(grid, x, y))
     if left == inf:
         return
-    new = tree.counters[NODES]
     tree.counters[NODES] = new + 1
-    tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2] = x, y, phi
-    tree.arc[new, 0], tree.arc[new, 1] = length, curvature
-    tree.cost[new], tree.clearance[new], tree.parent[new], tree.closed[new] = cost, clear, node, 0
+    tree.cost[new], tree.parent[new], tree.closed[new] = cost, node, 0
     priority = cost + terms.weight * left
     tree.counters[QUEUED] = push(tree.priority, tree.member, tree.counters[QUEUED], priority, new)
     if taken:  # the node that had the cell is not expanded any more
         tree.closed[tree.in_cell[at]] = 1
     tree.keys[at], tree.in_cell[at] = key, new
+
+
+@inner
+def _connect(
+    tree: Tree, node: int, other: Tree, which: int, whole: Connection, terms: Terms, work: SearchWorkspace
+) -> None:
+    """Try curves from a node to the cheapest nodes of the other tree; keep the best whole route."""
+    x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
+    for k in range(_find_targets(tree, node, other, whole, terms, work)):
+        there = work.targets[k]
+        count = _find_priced_curves(tree, node, other, there, terms, work)
+        for _ in range(min(count, _CURVES)):
+            i = int(np.argmin(work.order[:count]))
+            if work.order[i] >= whole.best[COST]:
+                break
+            take_curve(work, i, terms.radius)
+            most = whole.best[COST] - work.order[i]
+            extra, _ = closeness_along(x, y, phi, work.curve, most, terms, work)
+            if work.order[i] + extra < whole.best[COST]:
+                if whole.best[COST] == inf:
+                    whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
+                whole.best[COST] = work.order[i] + extra
+                whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
+                whole.curve[:] = work.curve
+            work.order[i] = inf
+
+
+@inner
+def _find_targets(
+    tree: Tree, node: int, other: Tree, whole: Connection, terms: Terms, work: SearchWorkspace
+) -> int:
+    """Find the nodes of the other tree by which a route through a node is cheapest; returns their number."""
+    x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
+    count = 0
+    for k in range(other.counters[TARGETS_KNOWN]):
+        there = other.targets[k]
+        if k > 1 and hypot(other.pose[there, 0] - x, other.pose[there, 1] - y) > _REACH * terms.radius:
+            continue
+        cost = other.cost[there] + least_to(x, y, phi, other.pose[there], terms)
+        if tree.cost[node] + cost >= whole.best[COST]:
+            continue
+        if count < len(work.targets):
+            at, count = count, count + 1
+        elif cost < work.target_costs[count - 1]:
+            at = count - 1
+        else:
+            continue
+        while at > 0 and work.target_costs[at - 1] > cost:
+            work.targets[at], work.target_costs[at] = work.targets[at - 1], work.target_costs[at - 1]
+            at -= 1
+        work.targets[at], work.target_costs[at] = there, cost
+    return count
+
+
+@inner
+def _find_priced_curves(
+    tree: Tree, node: int, other: Tree, there: int, terms: Terms, work: SearchWorkspace
+) -> int:
+    """Find the curves from a node to one of the other tree, with the cost of a whole route by each without
+    closeness; returns their number."""
+    pose: Array = tree.pose[node]
+    count = find_curves(pose[0], pose[1], pose[2], other.pose[there], terms, work)
+    base = tree.cost[node] + other.cost[there]
+    for i in range(count):
+        take_curve(work, i, terms.radius)
+        work.order[i] = base + cost_along(work.curve, tree.arc[node, 0], tree.arc[node, 1], terms)
+        work.order[i] += joint_cost(work.curve, -other.arc[there, 0], other.arc[there, 1], terms)
+    return count
 
 
 class Roots(NamedTuple):
@@ -227,7 +302,7 @@ class HybridAStar:
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
         self._trees = [rooted(*starts), rooted(goals.poses, goals.arcs * (-1.0, 1.0), goals.costs)]
-        self._whole = no_connection()
+        self._whole = Connection(np.array([inf, inf]), np.zeros(4, np.int64), np.zeros((PIECES, 2)))
         self.state = SEARCHING
 
     def advance(self, budget: int) -> None:

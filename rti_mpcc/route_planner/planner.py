@@ -13,25 +13,23 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
-from math import inf, sqrt
+from math import atan, inf, sqrt
 from time import perf_counter
 
 import numpy as np
 
-from geometry import Area, Pose2
+from geometry import Area, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.arrays import Array
 from geometry.doors import door
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
 from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Roots
-from rti_mpcc.route_planner.leaving import leaving_arcs
-from rti_mpcc.route_planner.problem import ARC, RouteProblem
-from rti_mpcc.route_planner.results import manoeuvre_of, no_manoeuvre, nothing_to_drive
+from rti_mpcc.route_planner.problem import ARC, RouteProblem, leaving_arcs
 from rti_mpcc.route_planner.shortening import shorten
 
 _log = logging.getLogger(__name__)
@@ -43,6 +41,8 @@ _SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, wh
 _CELLS = 200_000  # of the grid of estimates, at most
 _SLICE = 8  # nodes of each tree that are expanded at a time
 _CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
+_LEAST_TOLERANCE = 0.5  # share of the tolerance at the end of the shortest segment
+_STANDING = 1.0  # [m] length of the straight segment at the end of which a vehicle stands that is in its goal
 
 
 @door()
@@ -128,7 +128,7 @@ def _planned(
     start, goal = problem.given
     along, across, heading = (max(there * most, _SAME) for most in problem.config.goal_tolerance)
     if start.relative_to(goal).within((along, across, heading)):
-        return nothing_to_drive(problem, min(at_start, at_goal))
+        return _nothing_to_drive(problem, min(at_start, at_goal))
     yield
     if at_start >= problem.least:
         terms = problem.terms(min(at_start, at_goal))
@@ -144,7 +144,7 @@ def _planned(
     lasts = problem.last_arcs(terms)
     if len(lasts) == 0:
         reason = f"no straight route of {settings.final_straight} m into the goal is clear"
-        return no_manoeuvre(problem, PlanOutcome.NO_WAY, reason)
+        return _no_manoeuvre(problem, PlanOutcome.NO_WAY, reason)
     poses = np.array([problem.before_goal(length) for length in lasts[:, 0]])
     goals = Roots(poses=poses, arcs=lasts, costs=np.zeros(len(lasts)))
     grids = yield from _estimates(problem, poses[0], terms)
@@ -192,7 +192,7 @@ def _searched(
                         arcs=starts.arcs[at : at + 1], stops=np.array([True]), clearances=leaving[at : at + 1]
                     )
                     driven = DrivableRoute.chain([arc, driven])
-                return manoeuvre_of(problem, driven, nodes)
+                return _manoeuvre_of(problem, driven, nodes)
             rejected = (
                 f"the route leaves a clearance of {driven.clearance:.3f} m, "
                 f"at least {problem.config.clearance.least} m is required"
@@ -200,9 +200,9 @@ def _searched(
             terms = terms._replace(check=_CLOSER * terms.check)
         elif search.state != EXHAUSTED and (not left or spent() >= settings.seconds):
             reason = f"{nodes} nodes expanded in {spent():.1f} s, the nearest {nearest:.2f} m from the goal"
-            return no_manoeuvre(problem, PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
+            return _no_manoeuvre(problem, PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
     reason = f"all {nodes} reachable nodes expanded, the nearest {nearest:.2f} m from the goal"
-    return no_manoeuvre(problem, PlanOutcome.NO_WAY, rejected or reason, nodes, nearest)
+    return _no_manoeuvre(problem, PlanOutcome.NO_WAY, rejected or reason, nodes, nearest)
 
 
 def _estimates(
@@ -234,7 +234,7 @@ def _refused(problem: RouteProblem, at_start: float, at_goal: float) -> Manoeuvr
         return _too_near(problem, PlanOutcome.GOAL_IN_COLLISION, at_goal)
     if problem.distance > settings.farthest:
         reason = f"the goal is {problem.distance:.0f} m away, at most {settings.farthest:g} m is allowed"
-        return no_manoeuvre(problem, PlanOutcome.GOAL_TOO_FAR, reason)
+        return _no_manoeuvre(problem, PlanOutcome.GOAL_TOO_FAR, reason)
     return None
 
 
@@ -248,4 +248,62 @@ def _too_near(problem: RouteProblem, outcome: PlanOutcome, clearance: float, mor
         f"the body at the {name} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {found}, "
         f"at least {problem.config.clearance.least} m is required{more}"
     )
-    return no_manoeuvre(problem, outcome, reason)
+    return _no_manoeuvre(problem, outcome, reason)
+
+
+def _no_manoeuvre(
+    problem: RouteProblem, outcome: PlanOutcome, reason: str, nodes: int = 0, nearest: float = inf
+) -> Manoeuvre:
+    """No manoeuvre, and why; after so many nodes, the nearest one so far from the goal [m]."""
+    start, goal = problem.given
+    nearest = min(nearest, problem.distance)
+    return Manoeuvre(start=start, goal=goal, outcome=outcome, reason=reason, nodes=nodes, nearest=nearest)
+
+
+def _nothing_to_drive(problem: RouteProblem, clearance: float) -> Manoeuvre:
+    """The manoeuvre of a vehicle that stands in its goal: a straight segment that ends there."""
+    start, goal = problem.given
+    before = goal.compose(Pose2(-_STANDING, 0.0, 0.0))
+    (part,) = ReferencePath.from_segments(start=before, segments=[(1, 0.0, _STANDING)]).parts
+    segment = Segment(part=part, index=0, end=SegmentEnd.GOAL, tolerance=problem.config.goal_tolerance)
+    return Manoeuvre(
+        start=start, goal=goal, outcome=PlanOutcome.FOUND, segments=(segment,), clearance=clearance,
+        nearest=0.0,
+    )  # fmt: skip
+
+
+def _manoeuvre_of(problem: RouteProblem, route: DrivableRoute, nodes: int) -> Manoeuvre:
+    """The manoeuvre of a route."""
+    # From the start, and then put in place: so no coordinate is rounded more than once.
+    (start, goal), config = problem.given, problem.config
+    pose, theta = Pose2(0.0, 0.0, start.phi), 0.0
+    segments: list[Segment] = []
+    found = route.segments
+    for index, (arcs, clearance) in enumerate(found):
+        pieces = [(1 if length > 0.0 else -1, curvature, abs(length)) for length, curvature in arcs.tolist()]
+        (part,) = ReferencePath.from_segments(start=pose, segments=pieces).parts
+        pose = part.last
+        part = replace(part, knots=part.knots + theta, x=part.x + start.x, y=part.y + start.y)
+        theta = part.end
+        last = index == len(found) - 1
+        segments.append(
+            Segment(
+                part=part,
+                index=index,
+                end=SegmentEnd.GOAL if last else SegmentEnd.CUSP,
+                tolerance=config.goal_tolerance if last else _tolerance(part.end - part.start, config),
+                wheels=atan(config.vehicle.wheelbase * float(part.curvatures[0])),
+                margin=clearance,
+            )
+        )
+    return Manoeuvre(
+        start=start, goal=goal, outcome=PlanOutcome.FOUND, segments=tuple(segments),
+        clearance=route.clearance, nearest=0.0, nodes=nodes,
+    )  # fmt: skip
+
+
+def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
+    """At the end of a segment [m], [m], [rad]: a short one must not be over where it starts."""
+    share = min(max(length / (config.size * WHOLE_TOLERANCE), _LEAST_TOLERANCE), 1.0)
+    along, across, heading = CUSP_TOLERANCE
+    return config.size * share * along, config.size * share * across, share * heading

@@ -5,7 +5,7 @@ The start is at (0, 0); the axes point where those of the world do.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, cos, hypot, sin
 
@@ -16,7 +16,9 @@ from geometry.arrays import Array
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
+from rti_mpcc.route_planner.arcs import poses_after
 from rti_mpcc.route_planner.costs import NO_LENGTH, Terms
+from rti_mpcc.route_planner.hybrid_astar import Roots
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
@@ -32,6 +34,16 @@ _OPEN = 0.25
 _ROUNDING = 5e-4
 """An end with this little less than the least clearance has it [m]: a bay as wide as asked for fits."""
 _AROUND = 1.0  # [m] and twice the margin around the body clearances are computed
+
+_SHARES = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
+"""Curvatures that are tried, as shares of the sharpest one of the search."""
+_SWING = 1e-3
+"""Length [m] by which an end of the body may swing out on a gentle arc, or a tenth of the clearance at the
+start."""
+_LONGEST = 3.0
+"""Longest arc, in lengths of the body."""
+_SHORTEST = 0.5
+"""Length [m] that an arc has where the margin is kept: a shorter one is within the tolerance of its end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -165,6 +177,59 @@ class RouteProblem:
             fine=1.5 * length,
             tight=config.clearance.on_routes,
         )
+
+
+def leaving_arcs(
+    problem: RouteProblem, clearance: float, terms: Terms
+) -> Generator[None, None, tuple[Roots, Array]]:
+    """How a vehicle leaves a start that is nearer to something than the hard minimum.
+
+    It drives one arc, on which the body never comes nearer to anything than it is at the start, until it
+    keeps the margin of the search. From there a route is searched for as from any start. The wheels are
+    turned at rest before the arc and behind it.
+
+    Args:
+        clearance: of the start [m].
+
+    Returns: the ends of such arcs, or none; the least clearance (n,) on each [m].
+    """
+    body = problem.config.vehicle
+    found, least = [], []
+    swing = min(_SWING, 0.1 * clearance)
+    count = round(_LONGEST * (body.front + body.rear) / CHECK)
+    for sign in (1.0, -1.0):
+        behind = body.rear if sign > 0.0 else body.front
+        # On an arc as gentle as this the end that is left behind swings out by that.
+        gentle = min(2.0 * swing / max(behind, CHECK) ** 2, 1.0 / terms.radius)
+        for curvature in (*(share / terms.radius for share in _SHARES), gentle, -gentle):
+            poses = poses_after(problem.start, np.tile((sign * CHECK, curvature), (count, 1)))
+            apart = problem.clearances(poses)
+            yield
+            last = _last_pose(apart, clearance - swing - 1e-9, terms)
+            if last is None:
+                continue
+            length = (last + 1) * CHECK
+            cost = length * (terms.ahead if sign > 0.0 else terms.back)
+            found.append((*poses[last], sign * length, curvature, cost))
+            least.append(min(float(apart[: last + 1].min()), clearance))
+    rows = np.array(found).reshape(-1, 6)
+    return Roots(poses=rows[:, :3], arcs=rows[:, 3:5], costs=rows[:, 5]), np.array(least)
+
+
+def _last_pose(apart: Array, least: float, terms: Terms) -> int | None:
+    """Index of the last pose of an arc with clearances (n,) [m]; None: one is less than `least` too early.
+
+    There the clearance costs nothing, if the arc leads so far, and it is at least the margin.
+    """
+    out, nearer = np.flatnonzero(apart >= terms.margin), np.flatnonzero(apart < least)
+    if len(out) == 0 or (len(nearer) and nearer[0] < out[0]):
+        return None
+    first = int(out[0])
+    blocked = np.flatnonzero(apart[first:] < terms.margin)
+    free = apart[: first + int(blocked[0]) if len(blocked) else len(apart)]
+    roomy = np.flatnonzero(free >= terms.near)
+    last = int(roomy[0]) if len(roomy) else first
+    return min(max(last, round(_SHORTEST / CHECK) - 1), len(free) - 1)
 
 
 def _moved(grid: ShapeGrid, by: Array) -> ShapeGrid:

@@ -22,7 +22,7 @@ from geometry.arrays import Array, Mask
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.flanks import flank_contacts
 from rti_mpcc.qp.solver import solve_once
-from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, Traced
+from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, Traced, slopes_of, traced
 from rti_mpcc.route_planner.problem import CHECK, RouteProblem
 
 CURVATURE_SHARE = 0.9
@@ -131,11 +131,11 @@ class Smoothing:
         Newton steps of least norm from the present profile; None if there are none within the limits."""
         now = self.profile
         for _ in range(_NEWTON_STEPS):
-            at = now.traced(self._start)
+            at = traced(now, self._start)
             error = self._goal - at.poses[-1]
             if np.abs(error).max() < _ROUNDING:
                 return now.route(at) if self._keeps_to_limits(now) else None
-            slopes = now.slopes(at, np.array([len(at.poses) - 1]))
+            slopes = slopes_of(now, at, np.array([len(at.poses) - 1]))
             for k, _ in self._fixed:
                 slopes[:, :, k] = 0.0
             now = now.changed(np.linalg.lstsq(slopes[0], error, rcond=None)[0])
@@ -152,8 +152,8 @@ class Smoothing:
     # -- linearisation ---------------------------------------------------------------------------------
 
     def _linearised(self, now: CurvatureProfile) -> _Linearised:
-        at = now.traced(self._start)
-        slopes = now.slopes(at, np.array([len(at.poses) - 1]))[0]
+        at = traced(now, self._start)
+        slopes = slopes_of(now, at, np.array([len(at.poses) - 1]))[0]
         error = self._goal - at.poses[-1]
         return _Linearised(
             error, slopes, *self._half_planes(now, at), *self._offsets(now, at), *self._steering(now)
@@ -194,7 +194,7 @@ class Smoothing:
         nearest = line[self._tree.query(at.poses[rows, :2])[1]]
         across = np.stack([-np.sin(nearest[:, 2]), np.cos(nearest[:, 2])], axis=1)
         beside = ((at.poses[rows, :2] - nearest[:, :2]) * across).sum(axis=1)
-        return beside, np.einsum("ki,kij->kj", across, now.slopes(at, rows)[:, :2])
+        return beside, np.einsum("ki,kij->kj", across, slopes_of(now, at, rows)[:, :2])
 
     def _half_planes(self, now: CurvatureProfile, at: Traced) -> tuple[Array, Array]:
         """Lack of margin (n,) [m], and how the variables (n, many) make up for it: at some of the poses, and
@@ -214,7 +214,7 @@ class Smoothing:
         along, across = contact[:, ALONG], contact[:, ACROSS]
         turning = contact[:, AT_X] * across - contact[:, AT_Y] * along
         normal = np.stack([c * along - s * across, s * along + c * across, turning], axis=1)
-        slopes = now.slopes(at, rows)[np.searchsorted(rows, pose)]
+        slopes = slopes_of(now, at, rows)[np.searchsorted(rows, pose)]
         return margin - contact[:, APART], np.einsum("ni,nij->nj", normal, slopes)
 
     # -- the QP ----------------------------------------------------------------------------------------

@@ -167,8 +167,9 @@ def take_next(tree: Tree) -> tuple[int, float]:
 
 
 @inner
-def lattice_key(tree: Tree, x: float, y: float, phi: float, forward: bool, share: float, cell: float) -> int:
-    """Key of the cell of a pose, in the lattice that is finer by this share."""
+def lattice_key(tree: Tree, node: int, share: float, cell: float) -> int:
+    """Key of the cell of a node, in the lattice that is finer by this share."""
+    x, y, phi, forward = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.arc[node, 0] > 0.0
     size, headings = cell / share, int(_HEADINGS * share)
     i, j = floor((x - tree.pose[0, 0]) / size) & 0xFFFFF, floor((y - tree.pose[0, 1]) / size) & 0xFFFFF
     turn = floor(phi / (2.0 * pi) * headings + 0.5) % headings

@@ -106,7 +106,7 @@ def slope_of_comfort(acceleration: float, comfort: float) -> tuple[float, float]
     states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
     controls[:, A] = acceleration
     cost = quadratic_cost(
-        states, controls, weights, None, Pose2(0.0, 0.0, 0.0), WHEELBASE, Comfort(comfort, 1.0, 1.0, 1.0)
+        states, controls, weights, None, np.zeros(3), WHEELBASE, Comfort(comfort, 1.0, 1.0, 1.0)
     )
     return float(cost.control_gradient[0, A]), float(cost.control_hessian[0, A])
 
@@ -148,7 +148,7 @@ def test_the_pull_of_a_goal_is_bounded_however_far_it_is_and_none_where_the_plan
     weights = replace(no_weights(), goal=np.ones(3), goal_clipped=True)
     states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
     cost = quadratic_cost(
-        states, controls, weights, None, Pose2(x, y, 0.0), WHEELBASE, Comfort(0.4, 1.0, 0.5, 1.0)
+        states, controls, weights, None, np.array([x, y, 0.0]), WHEELBASE, Comfort(0.4, 1.0, 0.5, 1.0)
     )
     pull = -cost.state_gradient[-1, [X, Y]]
     assert np.hypot(*pull) == pytest.approx(2.0 * min(float(np.hypot(x, y)), GOAL_CLIP[0]))

@@ -7,43 +7,42 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rti_mpcc.model.layout import CONTROLS, STATES, THETA, THETA_DOT, A, V, X
-from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times, states_at
+from rti_mpcc.ocp.horizon import FINE_STAGE, resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
 from tests.properties.magnitudes import examples, positive, signed
 
 WHEELBASE = 2.875
 cycles = positive(5e-3, 0.2)
 counts = st.integers(10, 1000)
-fine_stages = positive(5e-3, 10.0)
 LATEST = 1e10
 """The latest time that a clock may show [s]."""
 
 
-@given(positive(1e-6, 1e5), cycles, counts, fine_stages)
-@example(1e-6, 0.2, 1000, 5e-3)
-@example(300.0, 5e-3, 10, 5e-3)
-@example(0.05 + 69 * 0.1, 0.05, 70, 0.1)  # exactly as long as equal stages are
-@example((0.05 + 69 * 0.1) * (1.0 + 1e-9), 0.05, 70, 0.1)
-@example((0.05 + 999 * 0.1) * (1.0 + 2e-6), 0.05, 1000, 0.1)
+@given(positive(1e-6, 1e5), cycles, counts)
+@example(1e-6, 0.2, 1000)
+@example(300.0, 5e-3, 10)
+@example(0.05 + 69 * 0.1, 0.05, 70)  # exactly as long as equal stages are
+@example((0.05 + 69 * 0.1) * (1.0 + 1e-9), 0.05, 70)
+@example((0.05 + 999 * 0.1) * (1.0 + 2e-6), 0.05, 1000)
 @examples
 def test_stages_are_positive_add_up_to_the_duration_and_never_get_shorter(
-    duration: float, cycle: float, count: int, fine: float
+    duration: float, cycle: float, count: int
 ) -> None:
-    lengths = stage_lengths(duration, cycle, count, fine)
+    lengths = stage_lengths(duration, cycle, count)
     assert lengths[0] == cycle
     assert (lengths > 0.0).all()
     np.testing.assert_allclose(lengths.sum(), max(duration, 3.0 * cycle), rtol=1e-9)
     assert (np.diff(lengths[1:]) >= -1e-12 * lengths[1:-1]).all()
-    assert lengths[1] <= fine * (1.0 + 1e-5)
+    assert lengths[1] <= FINE_STAGE * (1.0 + 1e-5)
 
 
-@given(st.floats(0.0, LATEST), positive(1e-6, 300.0), cycles, counts, fine_stages)
-@example(LATEST, 1e-6, 5e-3, 1000, 5e-3)
+@given(st.floats(0.0, LATEST), positive(1e-6, 300.0), cycles, counts)
+@example(LATEST, 1e-6, 5e-3, 1000)
 @examples
 def test_the_times_of_a_plan_rise_at_any_time_that_a_clock_may_show(
-    begin: float, duration: float, cycle: float, count: int, fine: float
+    begin: float, duration: float, cycle: float, count: int
 ) -> None:
-    times = stage_times(begin, stage_lengths(duration, cycle, count, fine))
+    times = stage_times(begin, stage_lengths(duration, cycle, count))
     assert (np.diff(times) > 0.0).all()
 
 

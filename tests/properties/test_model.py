@@ -29,8 +29,7 @@ def test_a_step_moves_the_vehicle_no_farther_than_its_speed_and_turns_it_with_it
 ) -> None:
     start = np.array([[0.0, 0.0, 0.0, speed, steering, 0.0]])
     step = linearised_step(start, np.array([[acceleration, 0.0, 0.0]]), np.array([seconds]), wheelbase)
-    assert np.isfinite(step.by_state).all()
-    assert np.isfinite(step.by_control).all()
+    assert np.isfinite(step.pose_by).all()
     (reached,) = step.state
     fastest = max(abs(speed), abs(speed + seconds * acceleration))
     assert np.hypot(reached[X], reached[Y]) <= seconds * fastest * (1.0 + 1e-9)

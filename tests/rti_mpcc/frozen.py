@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, PathPart, PathReference, Pose2, lift
+from geometry import Corridor, PathPart, PathReference, lift
 from geometry.contacts import Contacts
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
@@ -23,10 +23,9 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
-from rti_mpcc.ocp.frame import LocalFrame
-from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
 from rti_mpcc.ocp.room import OUTWARD
 from rti_mpcc.ocp.stage_contacts import NEAR
@@ -37,6 +36,9 @@ from rti_mpcc.paper.terms import AXLE, SPEED_REACH, PaperWeights, SoftWalls, add
 from rti_mpcc.planning import workspace
 from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE
 from rti_mpcc.qp.filling import (
+    IDLE_WEIGHT,
+    ROW_SCALING_FROM,
+    ROW_SCALING_MOST,
     QpValues,
     empty_values,
     fill_bounds,
@@ -181,16 +183,17 @@ class FrozenProblem:
         goal = self.frame.pose_in(self.target.pose)
         cost = modelled(states, controls, self.weights, self.part, reference, self.walls, goal, config)
         cost.state_gradient[:, THETA] += self.nearing
-        fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
-        step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
-        fill_curvature(values, pattern, states[:-1], step.state, dual, 1.0)
-        fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, self.bounds, states, controls)
+        scale, slack = self.weights.scale, self.weights.slack
+        fill_cost(values, pattern, *cost, slack, scale, self.damping, IDLE_WEIGHT)
+        step = linearised_step(states, controls, self.lengths, wheelbase)
+        fill_curvature(values, pattern, states, step.state, dual, 1.0)
+        fill_dynamics(values, pattern, *step, self.lengths, states)
+        fill_bounds(values, pattern, *self.bounds, states, controls, ROW_SCALING_FROM, ROW_SCALING_MOST)
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted
             rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
-            fill_corridor(values, pattern, rows)
-        fill_initial(values, self.measured - states[0])
+            fill_corridor(values, pattern, rows, ROW_SCALING_FROM, ROW_SCALING_MOST)
+        fill_initial(values, pattern, self.measured - states[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -224,8 +227,7 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
     pattern = problem.build_pattern()
     values, solver = empty_values(pattern), QpSolver(pattern, settings, polish=settings is TIGHT)
     states, controls = problem.states, problem.controls
-    dual = np.zeros(pattern.constraints.shape[0])
-    primal = np.zeros(pattern.constraints.shape[1])
+    dual, primal = (np.zeros(count) for count in pattern.shape)
     steps: list[float] = []
     damping = problem.damping
     for _ in range(most):
@@ -331,9 +333,9 @@ def _freeze(
     name: str,
 ) -> FrozenProblem:
     config, frame, target = mpcc.config, linear.frame, mpcc.target
-    measured = frame.states_in(state)
+    measured = frame.states_in(state[None])[0]
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
-    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
+    measured[THETA] = min(measured[THETA], target.farthest)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta)
     objective = config.objective.on_horizon(options.get("objective", CONTOURING))
@@ -376,7 +378,7 @@ def modelled(
     part: PathPart,
     reference: PathReference,
     walls: FrozenPlanes | None,
-    goal: Pose2,
+    goal: Array,
     config: ControllerConfig,
 ) -> QuadraticCost:
     """The model of the cost about states (N+1, 6), controls (N, 3), as the package makes it."""
@@ -422,4 +424,4 @@ def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: Contr
         back = rate * elapsed
         states[:, 0, column] = np.minimum(states[:, 0, column], measured[quantity] + back)
         states[:, 1, column] = np.maximum(states[:, 1, column], measured[quantity] - back)
-    return replace(bounds, states=states)
+    return bounds._replace(states=states)

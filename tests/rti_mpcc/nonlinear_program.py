@@ -177,7 +177,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
 
 def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
     w, goal = problem.weights, problem.frame.pose_in(problem.target.pose)
-    dx, dy, dphi = last[X] - goal.x, last[Y] - goal.y, last[PHI] - goal.phi
+    dx, dy, dphi = last[X] - goal[X], last[Y] - goal[Y], last[PHI] - goal[PHI]
     speed, clip = w.goal_speed * last[V] ** 2, (0.5, 0.3)
     if not w.goal_clipped:
         return w.goal[0] * dx**2 + w.goal[1] * dy**2 + w.goal[2] * dphi**2 + speed

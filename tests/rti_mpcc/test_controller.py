@@ -10,7 +10,6 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -21,6 +20,7 @@ from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.qp.solver import COLD
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.model_steps import step
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
 TIGHT = SolverSettings(tolerance=1e-6, max_iterations=100_000)
@@ -166,7 +166,7 @@ def test_only_an_objective_that_leaves_the_path_drives_both_ways() -> None:
         mpcc = core([(1, 0.0, 20.0)])
         mpcc.set_goal(mpcc.part.pose(15.0))
         state = at(mpcc, 16.0)
-        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30, 0.1))
+        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30))
         plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
         arrived = repeat(mpcc, state, plan, 8, objective=objective)
         slowest = arrived.trajectory.states[:, V].min()

@@ -5,10 +5,11 @@ from math import atan, cos, pi, sin
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import linearised_step, rates, step, step_one
+from rti_mpcc.model.bicycle import linearised_step, step_one
 from rti_mpcc.model.layout import CONTROLS, PHI, STATES, X, Y
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
+from tests.rti_mpcc.model_steps import by_control, by_state, rates, step
 
 WHEELBASE = 2.875
 
@@ -24,7 +25,7 @@ def textbook(state: Array, control: Array, h: float) -> Array:
     """The classical Runge-Kutta step of one state."""
 
     def f(z: Array) -> Array:
-        return np.asarray(rates(z[None], control[None], WHEELBASE)[0])
+        return rates(z, control, WHEELBASE)
 
     k_1 = f(state)
     k_2 = f(state + 0.5 * h * k_1)
@@ -37,7 +38,8 @@ def test_rates_are_those_of_the_kinematic_bicycle() -> None:
     state, control = np.array([[1.0, 2.0, 0.3, -2.0, 0.4, 5.0]]), np.array([[0.5, -0.2, 1.5]])
     turn = -2.0 * np.tan(0.4) / WHEELBASE
     expected = [-2.0 * cos(0.3), -2.0 * sin(0.3), turn, 0.5, -0.2, 1.5]
-    np.testing.assert_allclose(rates(state, control, WHEELBASE), [expected], rtol=1e-14)
+    moved = step(state, control, np.array([1e-7]), WHEELBASE) - state
+    np.testing.assert_allclose(moved / 1e-7, [expected], rtol=1e-5)
 
 
 def test_the_step_is_the_classical_runge_kutta_step() -> None:
@@ -53,7 +55,7 @@ def test_the_step_is_the_linearised_one_and_that_of_one_state() -> None:
     linearised = linearised_step(states, controls, lengths, WHEELBASE).state
     np.testing.assert_allclose(reached, linearised, rtol=1e-13, atol=1e-13)
     for k, (a, rate, progress) in enumerate(controls.tolist()):
-        one = step_one(states[k].tolist(), (a, rate, progress), float(lengths[k]), WHEELBASE)
+        one = step_one(*states[k].tolist(), a, rate, progress, float(lengths[k]), WHEELBASE)
         np.testing.assert_allclose(one, reached[k], rtol=1e-13, atol=1e-13)
 
 
@@ -63,14 +65,14 @@ def test_sensitivities_for_differing_stage_lengths() -> None:
     for k in range(len(states)):
         h = lengths[k : k + 1]
 
-        def by_state(z: Array, k: int = k, h: Array = h) -> Array:
+        def after_state(z: Array, k: int = k, h: Array = h) -> Array:
             return np.asarray(step(z[None], controls[k : k + 1], h, WHEELBASE)[0])
 
-        def by_control(u: Array, k: int = k, h: Array = h) -> Array:
+        def after_control(u: Array, k: int = k, h: Array = h) -> Array:
             return np.asarray(step(states[k : k + 1], u[None], h, WHEELBASE)[0])
 
-        np.testing.assert_allclose(got.by_state[k], slopes(by_state, states[k]), atol=2e-7)
-        np.testing.assert_allclose(got.by_control[k], slopes(by_control, controls[k]), atol=2e-7)
+        np.testing.assert_allclose(by_state(got)[k], slopes(after_state, states[k]), atol=2e-7)
+        np.testing.assert_allclose(by_control(got, lengths)[k], slopes(after_control, controls[k]), atol=2e-7)
 
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import rates
 from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward, still_acting
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.types import Array
+from tests.rti_mpcc.model_steps import rates
 
 WHEELBASE, STOP = 2.875, 0.6
 STATE = np.array([1.0, -2.0, 0.5, -1.5, 0.2, 3.0])
@@ -33,9 +33,8 @@ def fine(
         a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
         if (z[DELTA] >= STOP and rate > 0.0) or (z[DELTA] <= -STOP and rate < 0.0):
             rate = 0.0
-        control = np.array([[a, rate, 0.0]])
-        middle = z + 0.5 * h * rates(z[None], control, WHEELBASE)[0]
-        z = z + h * rates(middle[None], control, WHEELBASE)[0]
+        control = np.array([a, rate, 0.0])
+        z = z + h * rates(z + 0.5 * h * rates(z, control, WHEELBASE), control, WHEELBASE)
     return z
 
 

@@ -152,16 +152,16 @@ def relieved(
         return rows.lower
     over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
     return relaxed_bounds(
-        rows,
+        rows.lower,
         missing,
         elapsed,
         np.full(len(elapsed), travelled),
         np.zeros(5) if trails is None else trails,
-        margin=margin,
-        noise=NOISE,
-        most=np.full(rows.lower.shape[2], margin if most is None else most),
-        over=over,
-        far=0.0,
+        margin,
+        NOISE,
+        np.full(rows.lower.shape[2], margin if most is None else most),
+        over,
+        0.0,
     )
 
 
@@ -219,7 +219,7 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
     lengths = np.append(0.05, np.full(29, 0.1))
     begin = np.array([0.3, -0.2, 0.7, speed, steering, 0.0])
     controls = np.zeros((len(lengths), CONTROLS))
-    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9, RETURN_TIME)
+    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9)
     assert np.cumsum(lengths)[len(by) - 1] < RETURN_TIME <= np.cumsum(lengths)[len(by)]
 
     def poses(measured: Array) -> Array:

@@ -7,7 +7,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.model.layout import STATES, THETA
-from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.frenet import CONTOURING, HEADING, LAG, frenet_errors
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -27,8 +27,8 @@ def test_slopes(direction: int, curvature: float) -> None:
     for k, state in enumerate(states):
 
         def all_errors(z: Array) -> Array:
-            at = frenet_errors(z[None], way.reference(z[THETA : THETA + 1]), direction)
-            return np.array([at.lag[0], at.contouring[0], at.heading[0]])
+            at = way.reference(z[THETA : THETA + 1])
+            return np.asarray(frenet_errors(z[None], at, direction).values[0])
 
         expected = slopes(all_errors, state)
         np.testing.assert_allclose(errors.slopes[k], expected, atol=1e-7)
@@ -42,6 +42,4 @@ def test_errors_beside_ahead_of_and_turned_to_the_reference(direction: int) -> N
     pose = at.compose(Pose2(lag, left, turn))
     state = np.array([[pose.x, pose.y, pose.phi, 0.0, 0.0, 4.0]])
     errors = frenet_errors(state, way.reference(np.array([4.0])), direction)
-    assert errors.lag[0] == pytest.approx(lag)
-    assert errors.contouring[0] == pytest.approx(left)
-    assert errors.heading[0] == pytest.approx(turn)
+    np.testing.assert_allclose(errors.values[0, [LAG, CONTOURING, HEADING]], [lag, left, turn])

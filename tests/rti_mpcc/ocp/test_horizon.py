@@ -5,10 +5,10 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.horizon import controls_over, distances, resample, stage_lengths, stage_times, states_at
+from rti_mpcc.ocp.horizon import distances, resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.model_steps import step
 
 WHEELBASE = 2.875
 
@@ -93,7 +93,7 @@ def test_outside_the_plan_the_motion_goes_on_straight_or_is_held(winding: Trajec
     assert beyond[THETA] == pytest.approx(last[THETA] + 2.0 * winding.controls[-1, THETA_DOT])
     held = states_at(winding, winding.times[:1] - 1.0, WHEELBASE)[0]
     np.testing.assert_allclose(held, winding.states[0])
-    outside = controls_over(winding, winding.times[-1] + np.array([1.0, 2.0]))[0]
+    outside = resample(winding, winding.times[-1] + np.array([1.0, 2.0]), WHEELBASE).controls[0]
     assert outside[A] == 0.0
     assert outside[DELTA_DOT] == 0.0
     assert outside[THETA_DOT] == pytest.approx(winding.controls[-1, THETA_DOT])

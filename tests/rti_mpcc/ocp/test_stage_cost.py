@@ -116,7 +116,7 @@ class Setting:
             self.controls,
             weights,
             errors,
-            self.goal,
+            np.array([self.goal.x, self.goal.y, self.goal.phi]),
             WHEELBASE,
             COMFORT,
             wheels=WHEELS,

@@ -16,6 +16,7 @@ from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
+    ROW_SCALING_MOST,
     QpValues,
     empty_values,
     fill_bounds,
@@ -26,6 +27,7 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import BOUND_UNIT, CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
 from rti_mpcc.types import Array
+from tests.rti_mpcc.model_steps import by_control, by_state
 
 N, PIECES, SIDES = 6, 3, 2
 SLACK, SCALE = 700.0, 1e-3
@@ -37,6 +39,7 @@ class Parts(NamedTuple):
     controls: Array
     cost: QuadraticCost
     step: ModelStep
+    lengths: Array
     bounds: StageBounds
     rows: CorridorRows
     initial: Array
@@ -56,6 +59,7 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
     hessian = np.einsum("kri,krj->kij", residuals, residuals) * 100.0
     lower = random.uniform(-2.0, -1.0, (2, N, 3))
     upper = random.uniform(1.0, 3.0, (2, N, 3))
+    lengths = random.uniform(0.05, 0.4, N)
     return Parts(
         states,
         controls,
@@ -65,7 +69,8 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
             random.uniform(0.0, 9.0, (N, CONTROLS)),
             random.standard_normal((N, CONTROLS)),
         ),
-        linearised_step(states[:-1], controls, random.uniform(0.05, 0.4, N), 2.875),
+        linearised_step(states, controls, lengths, 2.875),
+        lengths,
         StageBounds(
             states=np.stack([lower[0], upper[0]], axis=1), controls=np.stack([lower[1], upper[1]], axis=1)
         ),
@@ -80,11 +85,12 @@ def filled(
     pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, rows_scaled: bool = False
 ) -> QpValues:
     values = values or empty_values(pattern)
-    fill_cost(values, pattern, parts.cost, SLACK, SCALE)
-    fill_dynamics(values, pattern, parts.step, parts.states)
-    fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls, rows_scaled=rows_scaled)
-    fill_corridor(values, pattern, parts.rows, rows_scaled=rows_scaled)
-    fill_initial(values, parts.initial)
+    scaling = ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
+    fill_cost(values, pattern, *parts.cost, SLACK, SCALE, 0.0, IDLE_WEIGHT)
+    fill_dynamics(values, pattern, *parts.step, parts.lengths, parts.states)
+    fill_bounds(values, pattern, *parts.bounds, parts.states, parts.controls, *scaling)
+    fill_corridor(values, pattern, parts.rows, *scaling)
+    fill_initial(values, pattern, parts.initial)
     return values
 
 
@@ -122,7 +128,7 @@ def dense(parts: Parts) -> Dense:
     for k in range(N):
         for i in range(STATES):
             defect = parts.states[k + 1, i] - parts.step.state[k, i]
-            slopes = [(z[k], parts.step.by_state[k, i]), (u[k], parts.step.by_control[k, i])]
+            slopes = [(z[k], by_state(parts.step)[k, i]), (u[k], by_control(parts.step, parts.lengths)[k, i])]
             row([*slopes, (z[k + 1], -one[i])], defect, defect, STATE_UNITS[i])
     for k in range(N):
         for j, i in enumerate(BOUNDED):
@@ -147,7 +153,7 @@ def dense(parts: Parts) -> Dense:
 
 
 def whole(pattern: QpPattern, values: QpValues) -> Array:
-    upper = pattern.cost.matrix(values.cost).toarray()
+    upper = pattern.cost_matrix(values.cost).toarray()
     assert not np.tril(upper, -1).any(), "P holds its upper triangle only"
     return np.asarray(upper + np.triu(upper, 1).T)
 
@@ -163,7 +169,7 @@ def test_the_sparse_qp_is_the_dense_one(pattern: QpPattern) -> None:
     np.testing.assert_allclose(whole(pattern, values), expected.p, atol=1e-12)
     np.testing.assert_allclose(values.gradient, expected.q, atol=1e-12)
     np.testing.assert_allclose(
-        pattern.constraints.matrix(values.constraints).toarray(), expected.a, atol=1e-12
+        pattern.constraint_matrix(values.constraints).toarray(), expected.a, atol=1e-12
     )
     np.testing.assert_allclose(values.lower, expected.lower, atol=1e-12)
     np.testing.assert_allclose(values.upper, expected.upper, atol=1e-12)
@@ -181,7 +187,7 @@ def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> Non
         np.testing.assert_allclose(
             getattr(rows_scaled, name) * rows_scaled.row_scaling, getattr(plain, name), rtol=1e-12
         )
-    matrices = [pattern.constraints.matrix(values.constraints).toarray() for values in (plain, rows_scaled)]
+    matrices = [pattern.constraint_matrix(values.constraints).toarray() for values in (plain, rows_scaled)]
     np.testing.assert_allclose(matrices[1] * rows_scaled.row_scaling[:, None], matrices[0], atol=1e-12)
     beyond = np.minimum(-plain.lower, plain.upper)
     expected = np.where(beyond > ROW_SCALING_FROM, beyond / ROW_SCALING_FROM, 1.0)
@@ -211,15 +217,15 @@ def test_sides_without_half_planes_are_loose_and_slopeless(lower: float, left: i
     pattern, drawn_rows = build_pattern(N, PIECES, SIDES), drawn().rows
     assert drawn_rows is not None
     before = drawn_rows._replace(lower=np.full_like(drawn_rows.lower, lower))
-    after = before._replace(slopes=before.slopes[:, :, :left], lower=before.lower[:, :, :left])
+    after = CorridorRows(before.slopes[:, :, :left].copy(), before.lower[:, :, :left].copy())
     values, fresh = empty_values(pattern), empty_values(pattern)
-    fill_corridor(values, pattern, before)
-    fill_corridor(values, pattern, after if left else None)
-    fill_corridor(fresh, pattern, after if left else None)
+    fill_corridor(values, pattern, before, ROW_SCALING_FROM, ROW_SCALING_MOST)
+    for filled_again in (values, fresh):
+        fill_corridor(filled_again, pattern, after if left else None, ROW_SCALING_FROM, ROW_SCALING_MOST)
     for name in ("constraints", "lower", "row_scaling"):
         np.testing.assert_array_equal(getattr(values, name), getattr(fresh, name))
     rows = pattern.corridor_rows[:, :, left:]
     np.testing.assert_allclose((values.lower * values.row_scaling)[rows], LOOSE)
-    slopes = pattern.constraints.matrix(values.constraints).toarray()[rows.ravel()]
+    slopes = pattern.constraint_matrix(values.constraints).toarray()[rows.ravel()]
     slopes[:, pattern.slack_columns] = 0.0
     assert not slopes.any()

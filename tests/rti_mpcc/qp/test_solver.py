@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,14 +26,12 @@ def problem(pattern: QpPattern, seed: int) -> QpValues:
     """A convex QP that is feasible at 0: random diagonal cost, random slopes, bounds around 0."""
     random = np.random.default_rng(seed)
     values = empty_values(pattern)
-    slots = pattern.cost
-    for name in ("controls", "slacks"):
-        values.cost[slots.groups[name]] = random.uniform(0.1, 2.0, slots.groups[name].shape)
-    diagonal = slots.matrix(np.arange(len(values.cost), dtype=float) + 1.0).diagonal()
+    for slots in (pattern.control_hessians, pattern.slack_hessians):
+        values.cost[slots] = random.uniform(0.1, 2.0, slots.shape)
+    diagonal = pattern.cost_matrix(np.arange(len(values.cost), dtype=float) + 1.0).diagonal()
     values.cost[diagonal.astype(int) - 1] = random.uniform(0.1, 2.0, len(diagonal))
     values.gradient[:] = random.standard_normal(len(values.gradient))
-    for name in ("pose", "driven", "half-planes"):
-        group = pattern.constraints.groups[name]
+    for group in (pattern.poses, pattern.driven, pattern.half_planes):
         values.constraints[group] = random.uniform(-0.3, 0.3, group.shape)
     values.lower[:], values.upper[:] = -random.uniform(0.1, 1.0, (2, len(values.lower))) * [[1.0], [-1.0]]
     rows = pattern.dynamics_rows
@@ -49,7 +46,7 @@ def solve(solver: QpSolver, values: QpValues) -> QpSolution:
 
 def good(solution: QpSolution, values: QpValues, pattern: QpPattern) -> None:
     """Optimality of a solution, from the matrices."""
-    p, a = pattern.cost.matrix(values.cost), pattern.constraints.matrix(values.constraints)
+    p, a = pattern.cost_matrix(values.cost), pattern.constraint_matrix(values.constraints)
     whole = p + p.T
     whole.setdiag(p.diagonal())
     assert solution.solved
@@ -79,7 +76,7 @@ def test_an_updated_solver_answers_as_a_fresh_one(pattern: QpPattern) -> None:
     updated = QpSolver(pattern, SETTINGS)
     for seed in range(4):
         values, fresh = problem(pattern, seed), QpSolver(pattern, SETTINGS)
-        kept = replace(values, cost=values.cost.copy(), constraints=values.constraints.copy())
+        kept = values._replace(cost=values.cost.copy(), constraints=values.constraints.copy())
         assert updated.update(values) == ""
         assert fresh.update(values) == ""
         np.testing.assert_allclose(solve(updated, values).primal, solve(fresh, values).primal, atol=1e-6)
@@ -97,8 +94,7 @@ def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(
     monkeypatch.setattr("rti_mpcc.qp.solver.FINE_ITERATIONS", iterations)
     values = problem(pattern, 1)
     solver = QpSolver(pattern, SolverSettings(tolerance=1e-2, max_iterations=10_000))
-    solver.set_steps(steps)
-    solver.update(values)
+    solver.update(values, steps)
     solution = solve(solver, values)
     assert solution.solved
     assert (max(solution.residuals) < 1e-6) == fine
@@ -116,7 +112,7 @@ def spoilt(values: QpValues, name: str, number: float) -> QpValues:
 
 def _with(values: QpValues, name: str, array: Array) -> QpValues:
     changes: dict[str, Any] = {name: array}
-    return replace(values, **changes)
+    return values._replace(**changes)
 
 
 @pytest.mark.parametrize("name", ["cost", "gradient", "constraints", "lower", "upper"])
@@ -141,8 +137,8 @@ def test_a_cost_that_is_not_convex_is_refused_and_the_next_qp_solves(pattern: Qp
     solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
     if not fresh:
         assert solver.update(values) == ""
-    concave = replace(values, cost=values.cost.copy())
-    concave.cost[pattern.cost.groups["controls"]] = -1e3
+    concave = values._replace(cost=values.cost.copy())
+    concave.cost[pattern.control_hessians] = -1e3
     assert "refused by OSQP" in solver.update(concave)
     nothing(solve(solver, concave))
     assert solver.update(values) == ""
@@ -163,7 +159,7 @@ def test_a_lower_bound_above_the_upper_one_is_refused(pattern: QpPattern) -> Non
 def test_an_infeasible_qp_gives_nothing_and_the_next_one_solves(pattern: QpPattern) -> None:
     solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
     solver.update(values)
-    impossible = replace(values, lower=values.lower.copy(), upper=values.upper.copy())
+    impossible = values._replace(lower=values.lower.copy(), upper=values.upper.copy())
     row = pattern.dynamics_rows[0, V]  # the speed begins far beyond its own bound
     impossible.lower[row] = impossible.upper[row] = 1e4
     nothing(solve(solver, impossible))
@@ -188,8 +184,6 @@ def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
     whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
-    whole.set_steps(COLD)  # without a first slice for the fine tolerance
-    other.set_steps(COLD)
     whole.update(values)
     other.update(values)
     expected = whole.solve(values, *zero)

@@ -17,7 +17,7 @@ from rti_mpcc.route_planner.arcs import (
     split_arcs,
     windows_of,
 )
-from rti_mpcc.route_planner.curvature_profile import CurvatureProfile
+from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, slopes_of, traced
 from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE, Smoothing
 from rti_mpcc.types import Array
@@ -33,7 +33,7 @@ def test_segments_end_at_cusps_and_keep_their_turns() -> None:
     assert find_cusps(ROUTE).tolist() == [False, True, False, True]
     assert profile.direction.tolist() == [1.0, -1.0, 1.0]
     assert profile.length.tolist() == [5.0, 2.0, 2.5]
-    at = profile.traced(START)
+    at = traced(profile, START)
     arcs = profile.route(at)
     assert length_of(arcs) == pytest.approx(9.5)
     assert np.abs(arcs[:, 0]).max() <= 0.2 + 1e-9
@@ -43,13 +43,13 @@ def test_segments_end_at_cusps_and_keep_their_turns() -> None:
 @pytest.mark.parametrize(("arc", "most"), [(0.2, 3e-4), (0.02, 3e-6)])
 def test_slopes_of_poses_are_their_central_differences(arc: float, most: float) -> None:
     profile, step = CurvatureProfile.of(ROUTE, 0.8, arc), 1e-6
-    at = profile.traced(START)
+    at = traced(profile, START)
     rows = np.array([0, 7, profile.arcs[1] - 1, profile.arcs[1], len(at.poses) - 1])
-    slopes = profile.slopes(at, rows)
+    slopes = slopes_of(profile, at, rows)
     for variable in range(profile.variables):
         change = np.zeros(profile.variables)
         change[variable] = step
-        ahead, behind = (profile.changed(sign * change).traced(START).poses[rows] for sign in (1.0, -1.0))
+        ahead, behind = (traced(profile.changed(sign * change), START).poses[rows] for sign in (1.0, -1.0))
         assert slopes[:, :, variable] == pytest.approx((ahead - behind) / (2.0 * step), abs=most)
 
 
@@ -86,7 +86,7 @@ def test_an_excess_of_curvature_is_moved_to_both_sides() -> None:
     bounded = given.bounded(0.2)
     assert np.abs(given.knots).max() > 0.5
     assert np.abs(bounded.knots).max() <= 0.2 + 1e-12
-    turned = [each.traced(np.zeros(3)).poses[-1, 2] for each in (given, bounded)]
+    turned = [traced(each, np.zeros(3)).poses[-1, 2] for each in (given, bounded)]
     assert turned[1] == pytest.approx(turned[0], rel=1e-6)
     assert given.bounded(3.0).knots == pytest.approx(given.knots)
     assert np.abs(given.bounded(0.01).knots).max() <= 0.01  # there is no room to turn by as much

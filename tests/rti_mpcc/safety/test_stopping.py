@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import step
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array
+from tests.rti_mpcc.model_steps import step
 
 WHEELBASE = 2.875
 
