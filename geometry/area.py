@@ -213,7 +213,7 @@ class Area:
         before: ShapeGrid | None = None,
     ) -> None:
         """Set all attributes, once; `solid`: convex pieces (m_i, 2), and many alike as (k, m, 2)."""
-        grid = before.with_shapes(solid) if before else ShapeGrid.of_shapes(solid, 0, 1)
+        grid = before.with_shapes(solid) if before else ShapeGrid.of_shapes(solid)
         for name, value in (("boundary", boundary), ("obstacles", tuple(obstacles)), ("grid", grid)):
             object.__setattr__(self, name, value)
 

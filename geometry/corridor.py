@@ -8,20 +8,19 @@ from math import inf, isfinite
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.area import Area
 from geometry.arrays import Array, Index
-from geometry.clearance import Segments, clearance
-from geometry.contacts import Contacts, contacts
+from geometry.contacts import Contacts, line_contacts
 from geometry.doors import Admitted, door, to_rows
 from geometry.errors import CorridorError, InputError
-from geometry.flanks import FLANKS, flank_contacts
+from geometry.flanks import FLANKS, flank_contacts, nearest_contacts
 from geometry.offsets import Narrowing, sections_of, trimmed
-from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split_outline
+from geometry.outline import checked_polygon, narrowest_in, path_line, split_outline
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.shape_grid import Body, checked_poses
+from geometry.shape_grid import Body, read_only
 from geometry.walls import Obstacles, PartLines, PartWalls
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
@@ -136,14 +135,6 @@ class Corridor(Admitted, error=CorridorError):
         return self.kept_out.corners
 
     @door(late=True)
-    def clearance(self, part: int, bodies: ArrayLike) -> Array:
-        """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
-
-        When something is crossed: minus the deepest penetration. Exact and slow. Raises as `contacts`.
-        """
-        return clearance(*self._measured(part), bodies)
-
-    @door(late=True)
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
 
@@ -154,11 +145,9 @@ class Corridor(Admitted, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        grid = self._part(part).grid if self.area is None else self.area.grid
-        walls = grid.signed_distances(body, poses, within)
-        if not self.kept_out.corners:
-            return walls
-        return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
+        walls = self._part(part).grid if self.area is None else self.area.grid
+        grids = (walls, self.kept_out.grid) if self.kept_out.corners else (walls,)
+        return np.concatenate([grid.signed_distances(body, poses, within) for grid in grids], axis=1)
 
     @door(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
@@ -176,19 +165,16 @@ class Corridor(Admitted, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        poses = checked_poses(poses)
+        poses, obstacles = to_rows(poses, 3, "poses"), self.kept_out.grid
         if self.area is not None:
-            grids = (self.area.grid, self.kept_out.grid)
+            grids = (self.area.grid, obstacles)
             found = flank_contacts(body, poses, grids, within=within, outward=outward)
-            found.setflags(write=False)
-            return Contacts(values=found)
-        walls = self._part(part).smooth
-        found = contacts(body, poses, walls, lines=True, within=within, outward=outward)
-        if self.kept_out.corners:
-            nearest = contacts(body, poses, self.kept_out.grid, lines=False, within=within, outward=outward)
-            found = np.concatenate((found, nearest), axis=2)
-        found.setflags(write=False)
-        return Contacts(values=found)
+        else:
+            found = line_contacts(body, poses, self._part(part).smooth, within=within, outward=outward)
+            if self.kept_out.corners:
+                nearest = nearest_contacts(body, poses, obstacles, within=within, outward=outward)
+                found = np.concatenate((found, nearest), axis=2)
+        return Contacts(values=read_only(found))
 
     @door(late=True)
     def beyond(self, part: int, points: Array) -> Array:
@@ -203,9 +189,8 @@ class Corridor(Admitted, error=CorridorError):
         """Return which of points (n, 2) are nearer than `within` to an obstacle, or in one [m]."""
         points = to_rows(points, 2, "points")
         poses = np.column_stack([points, np.zeros(len(points))])
-        return np.flatnonzero(
-            (self.kept_out.grid.signed_distances(_POINT, poses, within) < within).any(axis=1)
-        )
+        apart = self.kept_out.grid.signed_distances(_POINT, poses, within)
+        return np.flatnonzero((apart < within).any(axis=1))
 
     @door(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -236,15 +221,6 @@ class Corridor(Admitted, error=CorridorError):
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         lines = self._part(part).lines
         return lines.left, lines.right
-
-    def _measured(self, part: int) -> tuple[Segments, NDArray[np.object_]]:
-        """The boundaries of a part, or of the area, and all obstacles."""
-        if self.area is None:
-            return self._part(part).segments, self.kept_out.shapes
-        outline = self.area.boundary
-        around = () if outline is None else (np.concatenate((outline, outline[:1])),)
-        solid = np.array([shape_of(ring) for ring in self.area.obstacles], dtype=np.object_)
-        return Segments.of(around), np.concatenate((solid, self.kept_out.shapes))
 
     def _part(self, part: int) -> PartWalls:
         if self.area is not None:

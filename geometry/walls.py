@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -17,7 +16,6 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
-from geometry.clearance import Segments
 from geometry.doors import Admitted
 from geometry.errors import CorridorError
 from geometry.outline import checked_shape, convex_pieces, corners_of
@@ -89,11 +87,6 @@ class PartWalls:
     def is_open(self) -> bool:
         """Whether one of them has ends, so that what is beyond them need not be outside."""
         return not self.lines.joined and bool(self.both)
-
-    @cached_property
-    def segments(self) -> Segments:
-        """Those of both, as the metrics measure with them."""
-        return Segments.of(self.both)
 
     def beyond(self, points: Array) -> Array:
         """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND

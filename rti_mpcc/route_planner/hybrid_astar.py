@@ -21,7 +21,7 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import inner, kernel
-from geometry.shape_grid import BodyShape, SolidShapes
+from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.connection import (
     COST,
@@ -216,8 +216,8 @@ class HybridAStar:
 
     def __init__(
         self,
-        body: BodyShape,
-        solid: SolidShapes,
+        body: Body,
+        solid: ShapeGrid,
         terms: Terms,
         starts: Roots,
         goals: Roots,

@@ -77,8 +77,8 @@ class RouteProblem:
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), BOX)
         origin = np.array([start.x, start.y])
         assert around.boundary is not None
-        last = _moved(around.grid, -origin)
-        grid = _moved(around.with_obstacles(keep_out).grid, -origin) if keep_out else last
+        last = around.grid.moved(-origin)
+        grid = around.with_obstacles(keep_out).grid.moved(-origin) if keep_out else last
         problem = cls(
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
@@ -165,12 +165,3 @@ class RouteProblem:
             fine=1.5 * length,
             tight=config.clearance.on_routes,
         )
-
-
-def _moved(grid: ShapeGrid, by: Array) -> ShapeGrid:
-    """The same shapes elsewhere, by (2,) [m]: in the same cells."""
-    circles = grid.circles + np.array([by[0], by[1], 0.0])
-    corners, origin = grid.corners + by, grid.origin + by
-    for each in (circles, corners, origin):
-        each.setflags(write=False)
-    return replace(grid, corners=corners, circles=circles, origin=origin)

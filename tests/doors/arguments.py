@@ -147,7 +147,6 @@ DOORS: dict[str, Door] = {
     ),
     "Corridor.in_area": door(Corridor.in_area, area=AREA),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
-    "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
     "Corridor.signed_distances": door(
         CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
     ),
