@@ -24,7 +24,6 @@ A cell is occupied from 65 % on, free up to 25 %, and unknown in between, as in 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import cos, isfinite, sin
 from pathlib import Path
 from typing import Any
@@ -39,6 +38,7 @@ from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
 from geometry.pose import Pose2
+from geometry.shape_grid import read_only
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
@@ -49,22 +49,11 @@ _RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put toge
 Origin = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OccupancyMap:
-    """What a map says.
+def read_map(file: files.File, *, unknown_is_free: bool = False) -> tuple[Array, Array]:
+    """Read a map: its outline (4, 2), and rectangles (n, 4, 2) that make up what is occupied [m].
 
-    Attributes:
-        outline: corners (4, 2) of the map, counter-clockwise [m].
-        rectangles: corners (n, 4, 2) of rectangles that make up what is occupied, counter-clockwise [m]; they
-            do not overlap.
-    """
-
-    outline: Array
-    rectangles: Array
-
-
-def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap:
-    """Read a map; its unknown cells count as occupied, unless `unknown_is_free`.
+    All corners run counter-clockwise, and the rectangles do not overlap. Unknown cells count as occupied,
+    unless `unknown_is_free`.
 
     Raises:
         AreaError: a file is missing or cannot be read, an entry is missing or not usable, or no cell is free.
@@ -88,17 +77,8 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap
 
 def grid_map(
     array: ArrayLike, resolution: float, origin: Pose2 | Sequence[float], *, unknown_is_free: bool = False
-) -> OccupancyMap:
-    """Return the map of a grid (rows, columns); unknown cells count as occupied, unless `unknown_is_free`.
-
-    Args:
-        array: see the module.
-        resolution: length of a cell [m].
-        origin: pose of the lower left corner of the first cell: x, y [m] and, if given, yaw [rad].
-
-    Raises:
-        AreaError: another shape, no cell, a value, resolution or origin out of range, or no free cell.
-    """
+) -> tuple[Array, Array]:
+    """Return the same of a grid, see `Area.from_grid`."""
     cells = _solid(array, unknown_is_free)
     if not _FINEST <= resolution <= _COARSEST:
         raise AreaError(f"resolution = {resolution!r}: must be a number from {_FINEST:g} to {_COARSEST:g} m.")
@@ -135,14 +115,11 @@ def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
     return solid
 
 
-def _map_of(cells: Mask, resolution: float, origin: Origin) -> OccupancyMap:
-    """The map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
+def _map_of(cells: Mask, resolution: float, origin: Origin) -> tuple[Array, Array]:
+    """Of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
-    rectangles = _corners(merged_cells(cells), resolution, origin)
-    for each in (outline, rectangles):
-        each.setflags(write=False)
-    return OccupancyMap(outline=outline, rectangles=rectangles)
+    return read_only(outline), read_only(_corners(merged_cells(cells), resolution, origin))
 
 
 def merged_cells(cells: Mask) -> Index:
@@ -244,14 +221,10 @@ def _image(value: Any) -> str:
     return value
 
 
-def _negate(value: Any) -> bool:
-    return bool((0, 1).index(value))
-
-
 _ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
     "free_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
     "occupied_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
-    "negate": (_negate, "0 or 1"),
+    "negate": ((0, 1).index, "0 or 1"),
     "image": (_image, "the name of a PGM or PNG file"),
     "resolution": (_number(_FINEST, _COARSEST), f"a number from {_FINEST:g} to {_COARSEST:g}"),
     "origin": (_origin, f"[x, y, yaw], numbers of at most {FARTHEST:g}"),
