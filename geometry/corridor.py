@@ -100,11 +100,8 @@ class Corridor(Admitted, error=CorridorError):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
             left, right = split_outline(part, shape)
             narrowest = narrowest_in(part, shape)
-            walls.append(
-                PartWalls.of(
-                    PartLines(left=tuple(left), right=tuple(right), joined=True, narrowest=narrowest)
-                )
-            )
+            lines = PartLines(left=(left,), right=(right,), joined=True, narrowest=narrowest)
+            walls.append(PartWalls.of(lines))
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
@@ -197,10 +194,7 @@ class Corridor(Admitted, error=CorridorError):
         """Return whether a boundary with open ends lies across the straight way between two points [m].
 
         What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
-        without ends everything is outside, and `clearance` tells.
-
-        Raises:
-            InputError: a part that does not exist, or points that are not finite.
+        without ends everything is outside, see `beyond`.
         """
         walls = self._part(part)
         one, other = to_rows((one, other), 2, "one, other").tolist()
@@ -234,19 +228,17 @@ def _walls(
     index: int, part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]
 ) -> PartWalls:
     sections = sections_of(part, left, right, narrowings)
-    left_lines = trimmed(part, sections, sections.left)
-    right_lines = trimmed(part, sections, sections.right)
     # They come with growing theta; the allowed side has to be on their left.
-    if part.direction > 0:
-        left_lines = [np.ascontiguousarray(line[::-1]) for line in left_lines]
-    else:
-        right_lines = [np.ascontiguousarray(line[::-1]) for line in right_lines]
+    left_lines, right_lines = (
+        tuple(
+            np.ascontiguousarray(line[:: -part.direction * side]) for line in trimmed(part, sections, values)
+        )
+        for side, values in ((1, sections.left), (-1, sections.right))
+    )
     width = sections.left - sections.right
     i = int(np.argmin(width))
     narrowest = float(width[i]), float(sections.breaks[i])
-    walls = PartWalls.of(
-        PartLines(left=tuple(left_lines), right=tuple(right_lines), joined=False, narrowest=narrowest)
-    )
+    walls = PartWalls.of(PartLines(left=left_lines, right=right_lines, joined=False, narrowest=narrowest))
     if _crosses(walls, part):
         raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
     return walls

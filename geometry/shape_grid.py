@@ -312,10 +312,11 @@ def seen_from(
 ) -> int:
     """Find the corners of the i-th shape in the frame of a body: `shape`. Returns how many these are, or 0
     where its bounding circle is not `within` the body's box."""
-    dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-    ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-    limit = within + grid.circles[i, 2]
-    if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
+    dx, dy, limit = grid.circles[i, 0] - x, grid.circles[i, 1] - y, within + grid.circles[i, 2]
+    ahead = abs(c * dx + s * dy - body.middle[0]) - body.half[0]
+    aside = abs(c * dy - s * dx - body.middle[1]) - body.half[1]
+    off = max(ahead, aside)  # at most as much as the signed distance to the box, and soon known
+    if off >= limit or hypot(max(ahead, 0.0), max(aside, 0.0)) + min(off, 0.0) >= limit:
         return 0
     count: int = grid.starts[i + 1] - grid.starts[i]
     in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
@@ -345,21 +346,6 @@ def is_among(i: int, met: Index, count: int) -> bool:
         if met[k] == i:
             return True
     return False
-
-
-@inner
-def least_to_box(x: float, y: float, half: Array) -> float:
-    """At most as much as `to_box`, and soon known."""
-    distance: float = max(abs(x) - half[0], abs(y) - half[1])
-    return distance
-
-
-@inner
-def to_box(x: float, y: float, half: Array) -> float:
-    """Signed distance of a point to the box of half lengths `half` around (0, 0)."""
-    dx, dy = abs(x) - half[0], abs(y) - half[1]
-    distance: float = hypot(max(dx, 0.0), max(dy, 0.0)) + min(max(dx, dy), 0.0)
-    return distance
 
 
 @kernel

@@ -20,7 +20,7 @@ from geometry.doors import Admitted
 from geometry.errors import CorridorError
 from geometry.outline import checked_shape, convex_pieces, corners_of
 from geometry.sampling import as_complex, as_pairs, thin_out
-from geometry.shape_grid import ShapeGrid
+from geometry.shape_grid import ShapeGrid, read_only
 
 PIECE = 500  # points that are simplified together
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
@@ -44,7 +44,7 @@ class PartLines(Admitted, error=CorridorError):
     narrowest: tuple[float, float]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PartWalls:
     """The boundaries of one part of a route, ready to be measured against.
 
@@ -66,16 +66,14 @@ class PartWalls:
         runs straight past.
         """
         left, right = (
-            tuple(as_pairs(thin_out(as_complex(line))) for line in side) for side in (given.left, given.right)
+            tuple(read_only(as_pairs(thin_out(as_complex(line)))) for line in side)
+            for side in (given.left, given.right)
         )
-        for line in (*left, *right):
-            line.setflags(write=False)
+        smooth = ([simplified(line, SMOOTH) for line in side] for side in (left, right))
         return cls(
             lines=replace(given, left=left, right=right),
             grid=ShapeGrid.of_lines([simplified(line, FINE) for line in (*left, *right)]),
-            smooth=ShapeGrid.of_lines(
-                *([simplified(line, SMOOTH) for line in side] for side in (left, right))
-            ),
+            smooth=ShapeGrid.of_lines(*smooth),
         )
 
     @property
@@ -96,8 +94,7 @@ class PartWalls:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Obstacles:
-    """Polygons, lines and points to be kept out of: corners (m, 2) each [m], their shapes, and a grid of the
-    convex pieces of each."""
+    """Polygons, lines and points: corners (m, 2) [m] and shape of each, and a grid of their convex pieces."""
 
     corners: tuple[Array, ...]
     shapes: NDArray[np.object_]
@@ -105,26 +102,16 @@ class Obstacles:
 
     @classmethod
     def from_polygons(cls, polygons: Sequence[ArrayLike]) -> Obstacles:
-        """Check polygons and build.
-
-        Raises:
-            CorridorError: no corner, numbers that are not finite, or an outline that crosses itself.
-        """
+        """Check polygons and build. Raises CorridorError as `checked_shape`."""
         shapes = [checked_shape(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
         corners = [corners_of(shape) for shape in shapes]
         # From the second corner on; to_polygons gives them as they came.
         corners = [np.roll(ring, -1, axis=0) if len(ring) > 2 else ring for ring in corners]
-        for ring in corners:
-            ring.setflags(write=False)
         pieces = [convex_pieces(shape) for shape in shapes]
+        owner = np.repeat(np.arange(len(shapes)), [len(each) for each in pieces])
+        grid = ShapeGrid.of_shapes([piece for each in pieces for piece in each], owner, len(shapes))
         return cls(
-            corners=tuple(corners),
-            shapes=np.array(shapes, dtype=np.object_),
-            grid=ShapeGrid.of_shapes(
-                [piece for each in pieces for piece in each],
-                np.repeat(np.arange(len(shapes)), [len(each) for each in pieces]),
-                len(shapes),
-            ),
+            corners=tuple(map(read_only, corners)), shapes=np.array(shapes, dtype=np.object_), grid=grid
         )
 
     def to_polygons(self) -> tuple[Array, ...]:
@@ -140,7 +127,5 @@ def simplified(line: Array, most: float) -> Array:
     if len(line) <= 2:
         return line
     pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
-    found = [
-        shapely.get_coordinates(each) for each in shapely.simplify(pieces, most, preserve_topology=False)
-    ]
-    return np.concatenate([*(each[:-1] for each in found), found[-1][-1:]])
+    found = map(shapely.get_coordinates, shapely.simplify(pieces, most, preserve_topology=False))
+    return np.concatenate([*(each[:-1] for each in found), line[-1:]])
