@@ -21,7 +21,7 @@ from geometry.errors import CorridorError
 from geometry.outline import path_line
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.walls import PartWalls, simplified
+from geometry.walls import PartLines, simplified
 
 _SPACING = 0.1  # [m] of the points of a path beside which the boundaries are looked for
 _FINE = 1e-3  # [m] that the outline may be beside the boundaries
@@ -64,11 +64,11 @@ def _closed(shape: shapely.Geometry) -> shapely.Geometry:
 
 
 def _lane_and_ends(
-    index: int, part: PathPart, walls: PartWalls, beyond: float, aside: float
+    index: int, part: PathPart, walls: PartLines, beyond: float, aside: float
 ) -> list[shapely.Geometry]:
     """What is beside one part, up to its boundaries, and beyond its ends, the last of which goes on `aside`
     [m] to either side."""
-    if walls.lines.joined:
+    if walls.joined:
         return [shapely.Polygon(np.concatenate(walls.both))]
     lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
     if lines.is_empty:

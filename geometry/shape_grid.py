@@ -58,6 +58,9 @@ class Body(NamedTuple):
         return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
 
 
+POINT = Body.of([(0.0, 0.0)])
+
+
 @record
 class ShapeGrid(NamedTuple):
     """Convex shapes, each of one of several owners.

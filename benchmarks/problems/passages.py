@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.problems.quintics import driven, quintics
 from geometry import Corridor, PathPart, wrap
+from geometry.outline import shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.types import Array, Index
@@ -56,7 +57,7 @@ class Room:
         bodies, walls = body_polygons(rows, self.vehicle), self.corridor.walls[self.index]
         lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
         hit, shapes = np.zeros(len(rows), dtype=np.bool_), shapely.polygons(bodies)
-        for thing in (lines, *self.corridor.kept_out.shapes):
+        for thing in (lines, *map(shape_of, self.corridor.obstacles)):
             shapely.prepare(thing)
             hit |= shapely.dwithin(thing, shapes, CLEARANCE)
         # One corner answers for most bodies that touch nothing.

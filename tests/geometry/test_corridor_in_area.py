@@ -95,7 +95,7 @@ def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: f
     own = corridor.area
     assert own is not None
     built = Area(boundary=own.boundary, obstacles=own.obstacles)
-    again = Corridor.in_area(built).with_obstacles(corridor.kept_out.to_polygons())
+    again = Corridor.in_area(built).with_obstacles(corridor.obstacles)
     asked = poses(10) + np.array([away, away, 0.0]) * (made != "map")
     np.testing.assert_array_equal(contacts(again, asked), contacts(corridor, asked))
     np.testing.assert_array_equal(

@@ -13,7 +13,7 @@ import shapely
 from geometry import Corridor, Narrowing, PartLines, Pose2, ReferencePath
 from geometry.arrays import Array
 from geometry.shape_grid import Body
-from geometry.walls import FINE, Obstacles, PartWalls
+from geometry.walls import FINE
 from tests.geometry.sides import sides_of
 
 BODY = np.array([[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]])
@@ -24,7 +24,7 @@ LONG = ReferencePath.from_segments(
 
 def kept(line: Array) -> Array:
     """What a corridor keeps of a boundary."""
-    return PartWalls.of(PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0))).lines.left[0]
+    return PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0)).left[0]
 
 
 def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
@@ -93,14 +93,16 @@ def corridor(request: pytest.FixtureRequest) -> Corridor:
 
 def built_again(corridor: Corridor) -> Corridor:
     """The corridor built from the lines and polygons that define it."""
-    walls = tuple(PartWalls.of(walls.lines) for walls in corridor.walls)
-    return Corridor(walls=walls, kept_out=Obstacles.from_polygons(corridor.kept_out.to_polygons()))
+    walls = (
+        PartLines(left=one.left, right=one.right, joined=one.joined, narrowest=one.narrowest)
+        for one in corridor.walls
+    )
+    return Corridor(walls=tuple(walls), obstacles=corridor.obstacles)
 
 
 def test_boundaries_and_obstacles_are_the_same(corridor: Corridor) -> None:
     again = built_again(corridor)
-    for walls, others in zip(corridor.walls, again.walls, strict=True):
-        one, other = walls.lines, others.lines
+    for one, other in zip(corridor.walls, again.walls, strict=True):
         assert (len(one.left), one.joined, one.narrowest) == (len(other.left), other.joined, other.narrowest)
         assert all(map(np.array_equal, (*one.left, *one.right), (*other.left, *other.right)))
     assert len(corridor.obstacles) == len(again.obstacles)
