@@ -58,9 +58,6 @@ class Body(NamedTuple):
         return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
 
 
-POINT = Body.of([(0.0, 0.0)])
-
-
 @record
 class ShapeGrid(NamedTuple):
     """Convex shapes, each of one of several owners.
@@ -176,6 +173,9 @@ def _starts(shapes: Sequence[Array]) -> Index:
     sizes = np.array([each.shape[-2] for each in shapes], dtype=np.int64)
     times = np.array([len(each) if each.ndim == 3 else 1 for each in shapes], dtype=np.int64)
     return np.concatenate(([0], np.cumsum(np.repeat(sizes, times))))
+
+
+POINT = Body.of([(0.0, 0.0)])
 
 
 @kernel
