@@ -47,7 +47,9 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     for k, part in enumerate(path.parts):
         pieces += _lane_and_ends(k, part, corridor.walls[k], beyond, beyond if k == last else 0.0)
     driven = shapely.union_all([path_line(part, _SPACING) for part in path.parts])
-    found = shapely.get_parts(_closed(shapely.union_all(pieces, grid_size=_GRID)))
+    # Rounding leaves gaps between pieces that meet: they are closed.
+    wider = shapely.union_all(pieces, grid_size=_GRID).buffer(0.5 * _FINE, join_style="mitre")
+    found = shapely.get_parts(wider.buffer(-0.5 * _FINE, join_style="mitre"))
     whole = found[int(np.argmin(shapely.distance(found, shapely.Point(path.start.x, path.start.y))))]
     if not shapely.covers(whole.buffer(2.0 * _FINE), driven):
         raise CorridorError("the boundaries cut the path, or the parts of the corridor are not connected.")
@@ -55,12 +57,6 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     holes = [ring for ring in whole.interiors if shapely.Polygon(ring).area > _SLIVER]
     outline, *obstacles = map(shapely.get_coordinates, [whole.exterior, *holes])
     return Area(boundary=outline, obstacles=obstacles)
-
-
-def _closed(shape: shapely.Geometry) -> shapely.Geometry:
-    """Without the gaps that rounding leaves between pieces that meet."""
-    wider = shapely.buffer(shape, 0.5 * _FINE, join_style="mitre")
-    return shapely.buffer(wider, -0.5 * _FINE, join_style="mitre")
 
 
 def _lane_and_ends(

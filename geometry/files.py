@@ -37,27 +37,21 @@ _DOTTED = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){" + str(DEPTH) + "}
 
 def opened(file: File, most: int) -> BinaryIO:
     """Open a file to read it, if it is a regular one of at most so many bytes. Raises OSError."""
+
+    def at_once(name: str, flags: int) -> int:  # to open a pipe would wait for who writes to it
+        return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+
     try:
-        stream = open(file, "rb", opener=_opened_at_once)  # noqa: SIM115
+        stream = open(file, "rb", opener=at_once)  # noqa: SIM115
     except ValueError as error:  # a null byte in its name
         raise OSError(errno.EINVAL, str(error)) from None
-    size = os.fstat(stream.fileno()).st_size
-    if size > most:
-        stream.close()
-        raise OSError(errno.EFBIG, f"it has {size / 1e6:.1f} MB, {most / 1e6:g} MB are allowed")
-    return stream
-
-
-def _opened_at_once(file: str, flags: int) -> int:
-    """The descriptor of a regular file; to open a pipe would wait for who writes to it."""
-    found = os.open(file, flags | getattr(os, "O_NONBLOCK", 0))
-    mode = os.fstat(found).st_mode
-    if stat.S_ISREG(mode):
-        return found
-    os.close(found)
-    if stat.S_ISDIR(mode):
-        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-    raise OSError(errno.EINVAL, "it is no regular file")
+    found = os.fstat(stream.fileno())
+    if stat.S_ISREG(found.st_mode) and found.st_size <= most:
+        return stream
+    stream.close()
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    raise OSError(errno.EFBIG, f"it has {found.st_size / 1e6:.1f} MB, {most / 1e6:g} MB are allowed")
 
 
 def content(file: File, most: int) -> bytes:
