@@ -16,7 +16,6 @@ import numpy as np
 
 from benchmarks.figures import Distribution, distribution
 from geometry import Corridor, Pose2, ReferencePath
-from geometry.walls import PartWalls
 from rti_mpcc import ControllerConfig, DockingController, Limits, prepare_process
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
@@ -105,15 +104,15 @@ def with_points(corridor: Corridor, points: int) -> Corridor:
     sizes = [len(line) for walls in corridor.walls for line in walls.both]
     upto = np.round(points * np.cumsum(sizes) / sum(sizes)).astype(np.int64)
     shares = iter(np.diff(upto, prepend=0).tolist())
-    lines = [
+    walls = [
         replace(
-            walls.lines,
-            left=tuple(denser(line, next(shares)) for line in walls.lines.left),
-            right=tuple(denser(line, next(shares)) for line in walls.lines.right),
+            part,
+            left=tuple(denser(line, next(shares)) for line in part.left),
+            right=tuple(denser(line, next(shares)) for line in part.right),
         )
-        for walls in corridor.walls
+        for part in corridor.walls
     ]
-    return replace(corridor, walls=tuple(map(PartWalls.of, lines)))
+    return replace(corridor, walls=tuple(walls))
 
 
 def denser(line: Array, points: int) -> Array:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 import shapely
@@ -23,21 +22,15 @@ from geometry.outline import (
     checked_shape,
     convex_pieces,
     corners_of,
-    drawn_shape,
     shape_of,
 )
 from geometry.pose import Pose2
-from geometry.shape_grid import Body, ShapeGrid
+from geometry.shape_grid import Body, ShapeGrid, read_only
 
-if TYPE_CHECKING:
-    from geometry.map_file import OccupancyMap
-
-_Check = Callable[[ArrayLike, str, type[InputError]], Shape]
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
-_DRAWN = 1e-6  # [m] to which what is only drawn is rounded
 
 
-@dataclass(frozen=True, init=False, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
 class Area:
     """Where a vehicle may be: inside a boundary, if there is any, and outside of all obstacles.
 
@@ -67,9 +60,9 @@ class Area:
             AreaError: a boundary of fewer than 3 corners, an obstacle of none, another shape, numbers that
                 are not finite, or an outline that crosses itself.
         """
-        outline = None if boundary is None else _checked(boundary, "boundary")
+        outline = None if boundary is None else _checked(boundary, "boundary", checked_polygon)
         rings = _all_checked(obstacles, "obstacles")
-        self._hold(outline, rings, [*_outside(outline), *_pieces(rings)])
+        self._hold(outline, rings, ShapeGrid.of_shapes([*_outside(outline), *_pieces(rings)]))
 
     @classmethod
     @door(AreaError)
@@ -87,7 +80,7 @@ class Area:
         """
         from geometry.map_file import read_map  # what reads pictures is loaded with the first map
 
-        return cls._of_map(read_map(file, unknown_is_free=unknown_is_free))
+        return cls._of_map(*read_map(file, unknown_is_free=unknown_is_free))
 
     @classmethod
     @door(AreaError)
@@ -116,7 +109,7 @@ class Area:
         """
         from geometry.map_file import grid_map  # as above
 
-        return cls._of_map(grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
+        return cls._of_map(*grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
     @door(AreaError)
     def bounded(self, points: ArrayLike, beyond: float) -> Area:
@@ -132,12 +125,14 @@ class Area:
             return self
         if not 0.0 < beyond <= FARTHEST:
             raise AreaError(f"beyond = {beyond}: must be > 0 m and finite, at most {FARTHEST:g} m.")
-        around = np.concatenate([_checked_points(points), *self.obstacles])
+        given = to_rows(points, 2, "points", AreaError) if np.size(points) else np.zeros((0, 2))
+        around = np.concatenate([given, *self.obstacles])
         if len(around) == 0:
             raise AreaError("points is empty and there are no obstacles: there is nothing to be bounded.")
         (left, bottom), (right, top) = around.min(axis=0) - beyond, around.max(axis=0) + beyond
-        outline = _checked([(left, bottom), (right, bottom), (right, top), (left, top)], "boundary")
-        return self._with(outline, self.obstacles, _outside(outline))
+        corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+        outline = _checked(corners, "points", checked_polygon)
+        return Area.__new__(Area)._hold(outline, self.obstacles, self.grid.with_shapes(_outside(outline)))
 
     @door(AreaError)
     def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
@@ -147,7 +142,10 @@ class Area:
             AreaError: as the constructor does.
         """
         more = _all_checked(polygons, "polygons")
-        return self._with(self.boundary, (*self.obstacles, *more), _pieces(more)) if more else self
+        if not more:
+            return self
+        grid = self.grid.with_shapes(_pieces(more))
+        return Area.__new__(Area)._hold(self.boundary, (*self.obstacles, *more), grid)
 
     @door(AreaError, late=True)
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -175,71 +173,37 @@ class Area:
             found &= np.maximum.reduceat(apart, self.grid.starts[:-1]) > least
         return [shapes[k] for k in np.flatnonzero(found)]
 
-    @cached_property
-    def polygons(self) -> tuple[Array, ...]:
-        """Corners (m, 2) of what is to be drawn as solid [m]: the obstacles, those that meet put together.
-
-        Cut where they enclose anything; rounded to 1e-6 m. Lines and points are 4 cm wide.
-        """
-        if not self.obstacles:
-            return ()
-        origin = _near(self.obstacles[0])
-        whole = shapely.union_all(
-            [drawn_shape(shape_of(ring - origin)) for ring in self.obstacles], grid_size=_DRAWN
-        )
-        drawn = [piece for part in shapely.get_parts(whole) for piece in _without_holes(part)]
-        return tuple(_read_only(_corners(piece) + origin) for piece in drawn)
-
     @classmethod
-    def _of_map(cls, found: OccupancyMap) -> Area:
-        area = cls.__new__(cls)
-        area._hold(found.outline, found.rectangles, [*_outside(found.outline), found.rectangles])
-        return area
-
-    def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
-        """An area with more that is solid: convex pieces (m_i, 2)."""
-        area = Area.__new__(Area)
-        area._hold(boundary, obstacles, more, self.grid)
-        return area
+    def _of_map(cls, outline: Array, rectangles: Array) -> Area:
+        solid = ShapeGrid.of_shapes([*_outside(outline), rectangles])
+        return cls.__new__(cls)._hold(outline, rectangles, solid)
 
     def _solid(self) -> list[Array]:
         return np.split(self.grid.corners, self.grid.starts[1:-1]) if len(self.grid.owner) else []
 
-    def _hold(
-        self,
-        boundary: Array | None,
-        obstacles: Iterable[Array],
-        solid: Sequence[Array],
-        before: ShapeGrid | None = None,
-    ) -> None:
-        """Set all attributes, once; `solid`: convex pieces (m_i, 2), and many alike as (k, m, 2)."""
-        grid = before.with_shapes(solid) if before else ShapeGrid.of_shapes(solid, 0, 1)
+    def _hold(self, boundary: Array | None, obstacles: Iterable[Array], grid: ShapeGrid) -> Self:
+        """Set all attributes, once."""
         for name, value in (("boundary", boundary), ("obstacles", tuple(obstacles)), ("grid", grid)):
             object.__setattr__(self, name, value)
+        return self
 
 
-def _checked(corners: ArrayLike, name: str, check: _Check = checked_polygon) -> Array:
-    return _read_only(_corners(check(corners, name, AreaError)))
+def _checked(
+    corners: ArrayLike, name: str, check: Callable[[ArrayLike, str, type[InputError]], Shape]
+) -> Array:
+    found: Array = read_only(_corners(check(corners, name, AreaError)))
+    return found
 
 
 def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
     return [_checked(polygon, f"{name}[{i}]", checked_shape) for i, polygon in enumerate(polygons)]
 
 
-def _checked_points(points: ArrayLike) -> Array:
-    if np.size(points) == 0:
-        return np.zeros((0, 2))
-    found = to_rows(points, 2, "points", AreaError)
-    if np.abs(found).max() > FARTHEST:
-        raise AreaError(f"points must have coordinates of at most {FARTHEST:g} m.")
-    return found
-
-
 def _pieces(rings: Sequence[Array]) -> list[Array]:
     """Convex pieces (m_i, 2) of obstacles, all corners of which are corners of these."""
     found = []
     for ring in rings:
-        origin = _near(ring)  # shapely works on small numbers; whole metres make both ways exact
+        origin = np.round(ring[0])  # shapely works on small numbers; whole metres make both ways exact
         found += [piece + origin for piece in convex_pieces(shape_of(ring - origin))]
     return found
 
@@ -248,7 +212,7 @@ def _outside(boundary: Array | None) -> list[Array]:
     """Convex pieces (m_i, 2) of what is outside a boundary: beside its bounding box, and between the two."""
     if boundary is None:
         return []
-    origin = _near(boundary)
+    origin = np.round(boundary[0])
     inside = shapely.Polygon(boundary - origin)
     left, bottom, right, top = inside.bounds
     low_x, low_y, high_x, high_y = left - _FRAME, bottom - _FRAME, right + _FRAME, top + _FRAME
@@ -266,30 +230,5 @@ def _outside(boundary: Array | None) -> list[Array]:
     return [piece + origin for piece in corners]
 
 
-def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
-    if len(shape.interiors) == 0:
-        return [shape]
-    left, bottom, right, top = shape.bounds
-    boxes = np.array([hole.bounds for hole in shape.interiors])
-    axis = 0 if right - left > top - bottom else 1
-    at = float(np.sort(boxes[:, axis] + boxes[:, axis + 2])[len(boxes) // 2]) / 2.0
-    if axis == 0:
-        halves = shapely.box(left, bottom, at, top), shapely.box(at, bottom, right, top)
-    else:
-        halves = shapely.box(left, bottom, right, at), shapely.box(left, at, right, top)
-    parts = [part for half in halves for part in shapely.get_parts(shapely.intersection(shape, half))]
-    return [piece for part in parts if part.geom_type == "Polygon" for piece in _without_holes(part)]
-
-
 def _corners(shape: Shape) -> Array:
     return corners_of(shapely.orient_polygons(shape))
-
-
-def _near(ring: Array) -> Array:
-    """A point (2,) in whole metres near a polygon."""
-    return np.asarray(np.round(ring[0]))
-
-
-def _read_only(corners: Array) -> Array:
-    corners.setflags(write=False)
-    return corners

@@ -8,14 +8,18 @@ A `kernel` is called from Python; its annotations are its signature, and it has 
 What many of them take together may be a `record`, a NamedTuple. An `inner` is called from kernels only and
 compiled into them. All are plain Python with NUMBA_DISABLE_JIT=1.
 
-numba keeps what it compiled in a directory that is the user's alone (geometry.kept). Its name is a digest of
-all source files that name geometry.compiled: those with kernels, and those whose constants kernels read.
+numba keeps what it compiled in a directory whose name is a digest of all source files that name
+geometry.compiled: those with kernels, and those whose constants kernels read. What is kept there runs as soon
+as it is loaded, so whoever can write to it can run anything as this user. Where the directory belongs to
+somebody else, or others may write to it, nothing is read or written: each process then compiles for itself.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import shutil
+import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -27,7 +31,6 @@ from typing import Any, TypeAlias, TypeVar
 import numba
 from numba import config, types
 
-from geometry import kept
 from geometry.arrays import Array, Index
 
 Array1: TypeAlias = Array
@@ -55,19 +58,15 @@ _OPTIONS = {"nopython": True, "error_model": "numpy", "nogil": True}
 _PACKAGES = ("geometry", "estimation", "rti_mpcc")
 
 
-def _array(of: types.Type, axes: int, *, written: bool = False) -> types.Array:
-    return types.Array(of, axes, "C", readonly=not written)
-
-
 _TYPES: dict[str, types.Type] = {
     "None": types.void,
     "float": types.float64,
     "int": types.int64,
     "bool": types.boolean,
-    **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
-    **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
-    **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3, 4)},
-    "IndexOut1": _array(types.int64, 1, written=True),
+    **{f"Array{n}": types.Array(types.float64, n, "C", readonly=True) for n in (1, 2, 3, 4)},
+    **{f"Index{n}": types.Array(types.int64, n, "C", readonly=True) for n in (1, 2, 3, 4)},
+    **{f"Out{n}": types.Array(types.float64, n, "C") for n in (1, 2, 3, 4)},
+    "IndexOut1": types.Array(types.int64, 1, "C"),
 }
 
 
@@ -107,7 +106,6 @@ def record(declared: type[Record]) -> type[Record]:
     fields = [_TYPES[getattr(each, "__forward_arg__", each)] for each in named]
     alike = len(set(fields)) == 1  # numba tells these by another type
     _TYPES[declared.__name__] = (
-        types.NamedUniTuple(fields[0], len(fields), declared) if alike else types.NamedTuple(fields, declared)
     )
     return declared
 
@@ -125,9 +123,35 @@ def _digest() -> str:
     return sha256(b"".join(sources().values())).hexdigest()[:16]
 
 
+def user_directory() -> Path:
+    """Return where compiled kernels are kept: NUMBA_CACHE_DIR, or a directory for such files of the user's.
+
+    Raises:
+        RuntimeError: the user has no home directory.
+    """
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(chosen) / "rti-mpcc"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "rti-mpcc"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rti-mpcc"
+
+
 def directory() -> Path:
-    """Return where the kernels of these sources are kept. Raises RuntimeError: the user has no home."""
-    return kept.user_directory() / _digest()
+    """Return where the kernels of these sources are kept. Raises as `user_directory`."""
+    return user_directory() / _digest()
+
+
+def _make_private(where: Path) -> None:
+    """Make a directory, or close one, so that only the user can read it and write to it. Raises OSError."""
+    where.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not hasattr(os, "geteuid"):
+        return
+    found = where.stat()
+    if found.st_uid != os.geteuid():
+        raise PermissionError(f"{where} belongs to another user")
+    if stat.S_IMODE(found.st_mode) & 0o022:
+        raise PermissionError(f"others may write to {where}")
+    where.chmod(0o700)
 
 
 def load() -> int:
@@ -189,7 +213,7 @@ class _Kernel:
                 names[name] = self.run
 
     def _cached(self, signature: Any) -> Any:
-        kept.private(kept.user_directory())
+        _make_private(user_directory())
         before, config.CACHE_DIR = config.CACHE_DIR, str(directory())
         try:
             return numba.jit(signature, cache=True, **_OPTIONS)(self.function)

@@ -1,17 +1,17 @@
-"""Where the pieces of a body are nearest to what stands, and the half-planes that keep them apart there.
+"""Where the pieces of a body are nearest to boundaries, and the half-planes that keep them apart there.
 
-For each piece of the body and each owner of shapes it is the nearest pair of features: a corner of the piece
-and an edge or corner of a shape, or a corner of a shape and an edge of the piece, with its signed distance
-and normal. As the body moves the distance changes by (S2) of geometry.convex: that is the half-plane that the
-piece is to stay in. Of pairs that are about equally near the one farther out along the body counts, by a
-share `outward` of how much farther out it is: beside a straight wall its ends are what a turn brings nearer.
+For each piece of the body and each side it is the nearest pair of features: a corner of the piece and a
+segment or its end, or an end and an edge of the piece, with its signed distance and normal. As the body moves
+the distance changes by (S2) of geometry.convex: that is the half-plane that the piece is to stay in. Of pairs
+that are about equally near the one farther out along the body counts, by a share `outward` of how much
+farther out it is: beside a straight wall its ends are what a turn brings nearer.
 
-The shapes are convex polygons, or segments of lines that have an allowed side, the left one. What is to the
-right of a line is convex where the line turns right: such a run of segments counts as one where it crosses a
-piece. Between the points P and Q at which it comes in and leaves, its normals add up to Q - P turned to the
-left, whatever its shape. The piece is to get out along the left normal of one of the segments, or at right
-angles to one of its own edges, no way against that sum, whichever is shortest. A piece that is wholly beyond
-the nearest segment is to get out along its left normal.
+Boundaries are lines that have an allowed side, the left one. What is to the right of a line is convex where
+the line turns right: such a run of segments counts as one where it crosses a piece. Between the points P and
+Q at which it comes in and leaves, its normals add up to Q - P turned to the left, whatever its shape. The
+piece is to get out along the left normal of one of the segments, or at right angles to one of its own edges,
+no way against that sum, whichever is shortest. A piece that is wholly beyond the nearest segment is to get
+out along its left normal. Solid shapes: geometry.flanks.
 """
 
 from __future__ import annotations
@@ -22,21 +22,18 @@ from typing import Final
 
 import numpy as np
 
-from geometry.arrays import Array, Complex, Index
-from geometry.compiled import Array2, Index1, Out3, inner, kernel
+from geometry.arrays import Array, Complex
+from geometry.compiled import Array2, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import (
     MOST_TIED,
     Body,
-    BodyShape,
     ShapeGrid,
-    SolidShapes,
     cells_around,
     in_frame,
     is_among,
     is_new,
-    least_to_box,
-    to_box,
+    seen_from,
 )
 
 APART: Final = 0
@@ -80,46 +77,33 @@ class Contacts:
         return at
 
 
-def contacts(
-    body: Body,
-    poses: Array,
-    grid: ShapeGrid,
-    *,
-    lines: bool,
-    within: float,
-    outward: float,
-) -> Array:
-    """Return the `Contacts.values` (n, pieces, sides, 5) of a body at `poses` (n, 3).
+def line_contacts(body: Body, poses: Array, grid: ShapeGrid, *, within: float, outward: float) -> Array:
+    """Return the `Contacts.values` (n, pieces, owners, 5) of a body at `poses` (n, 3) with lines.
 
     Args:
-        lines: whether the shapes are segments with an allowed side, and each owner is a side; otherwise all
-            shapes are one side.
+        grid: segments of lines, as of `ShapeGrid.of_lines`; each owner is a side.
         within: what is farther away is left out [m]; outward: see the module.
     """
-    owner, owners = (grid.owner, grid.owners) if lines else (np.zeros_like(grid.owner), 1)
-    found = np.zeros((len(poses), body.pieces * owners, CONTACT))
+    found = no_contacts(len(poses), body.pieces * grid.owners)
+    _line_contacts(body, poses, grid, within, outward, found)
+    return found.reshape(len(poses), body.pieces, grid.owners, CONTACT)
+
+
+def no_contacts(poses: int, slots: int) -> Array:
+    """Return `Contacts.values` (poses, slots, 5) where nothing is near."""
+    found = np.zeros((poses, slots, CONTACT))
     found[:, :, APART] = inf
-    _contacts(body.shape, poses, grid.solid, owner, owners, lines, within, outward, found)
-    return found.reshape(len(poses), body.pieces, owners, CONTACT)
+    return found
 
 
 @kernel
-def _contacts(
-    body: BodyShape,
-    poses: Array2,
-    solid: SolidShapes,
-    owner: Index1,
-    owners: int,
-    lines: bool,
-    within: float,
-    outward: float,
-    found: Out3,
+def _line_contacts(
+    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out3
 ) -> None:
-    boxes = _boxes(body.corners, body.starts)
-    shape, witness, run = np.empty((max(solid.largest, 2), 2)), np.empty(WITNESS), np.empty((2, 2))
-    slots = (len(body.starts) - 1) * owners
-    # Of each slot: by what its contact was chosen, the least distance, and for lines what tells on which side
-    # of them the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
+    segment, witness, run = np.empty((2, 2)), np.empty(WITNESS), np.empty((2, 2))
+    slots = (len(body.starts) - 1) * grid.owners
+    # Of each slot: by what its contact was chosen, the least distance, and what tells on which side of the
+    # lines the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
@@ -127,87 +111,59 @@ def _contacts(
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * solid.counts[0] + first_column, row * solid.counts[0] + last_column
-            for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
-                i = solid.members[k]
-                dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
-                ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, solid.circles[i, 2]
-                if least_to_box(ahead - body.middle[0], aside - body.middle[1], body.half) > within + radius:
-                    continue
-                if is_among(i, seen, met):
+            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+                i = grid.members[k]
+                if is_among(i, seen, met) or seen_from(body, grid, i, x, y, c, s, within, segment) == 0:
                     continue
                 if met < len(seen):
                     seen[met], met = i, met + 1
-                count = solid.starts[i + 1] - solid.starts[i]
-                in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
+                length, left_x, left_y = _left_of(segment)
                 for piece in range(len(body.starts) - 1):
-                    slot, first, stop = piece * owners + owner[i], body.starts[piece], body.starts[piece + 1]
+                    slot, first, stop = (
+                        piece * grid.owners + grid.owner[i],
+                        body.starts[piece],
+                        body.starts[piece + 1],
+                    )
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
-                    apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
-                    if apart - radius > limit:
-                        continue
-                    distance_between(body.corners, first, stop, shape, 0, count, limit, witness)
+                    distance_between(body.corners, first, stop, segment, 0, 2, limit, witness)
                     value = witness[VALUE]
                     if value >= limit:
                         continue
-                    if lines:
-                        length, left_x, left_y = _left_of(shape)
-                        to_x, to_y = witness[ON_A_X] - shape[0, 0], witness[ON_A_Y] - shape[0, 1]
-                        over = to_x * left_y - to_y * left_x
-                        if value < least[slot] * (1.0 - _SAME):
-                            # A line of one point has no sides.
-                            height[slot], ties[slot], ends[slot] = 0.0, 0, 0
-                            nearest[slot] = i if length > 0.0 else -1
-                        tie = value <= min(least[slot], within) * (1.0 + _SAME)
-                        if tie and is_new(i, tied[slot], ties[slot]):
-                            tied[slot, ties[slot]] = i
-                            height[slot] += to_x * left_x + to_y * left_y
-                            ties[slot] += 1
-                            ends[slot] += over < 0.0 or over > length
-                        if value <= 0.0 and length > 0.0:
-                            _out_of_run(body.corners, first, stop, solid.corners, i, x, y, c, s, run, witness)
+                    to_x, to_y = witness[ON_A_X] - segment[0, 0], witness[ON_A_Y] - segment[0, 1]
+                    over = to_x * left_y - to_y * left_x
+                    if value < least[slot] * (1.0 - _SAME):
+                        # A line of one point has no sides.
+                        height[slot], ties[slot], ends[slot] = 0.0, 0, 0
+                        nearest[slot] = i if length > 0.0 else -1
+                    tie = value <= min(least[slot], within) * (1.0 + _SAME)
+                    if tie and is_new(i, tied[slot], ties[slot]):
+                        tied[slot, ties[slot]] = i
+                        height[slot] += to_x * left_x + to_y * left_y
+                        ties[slot] += 1
+                        ends[slot] += over < 0.0 or over > length
                     least[slot] = min(least[slot], value)
-                    if value > 0.0:
-                        reach_out(body.corners, first, stop, shape, count, body.middle[0], outward, witness)
+                    if value <= 0.0 and length > 0.0:
+                        _out_of_run(body.corners, first, stop, grid.corners, i, x, y, c, s, run, witness)
+                    elif value > 0.0:
+                        reach_out(body.corners, first, stop, segment, 2, body.middle[0], outward, witness)
                     key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
-                        _keep(witness, found, n, slot)
-        if lines:
-            for slot in range(slots):
-                at_open_end = ties[slot] == 1 and ends[slot] == 1
-                if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
-                    in_frame(solid.corners, solid.starts[nearest[slot]], 2, x, y, c, s, shape)
-                    length, left_x, left_y = _left_of(shape)
-                    piece = slot // owners
-                    witness[VALUE] = -inf
-                    _behind(
-                        body.corners,
-                        body.starts[piece],
-                        body.starts[piece + 1],
-                        shape,
-                        left_x,
-                        left_y,
-                        witness,
-                    )
-                    _keep(witness, found, n, slot)
-
-
-@inner
-def _boxes(body: Array, pieces: Index) -> Array:
-    """Middle and half lengths (pieces, 4) of the bounding boxes of pieces."""
-    boxes = np.empty((len(pieces) - 1, 4))
-    for piece in range(len(pieces) - 1):
-        for axis in range(2):
-            low, high = inf, -inf
-            for j in range(pieces[piece], pieces[piece + 1]):
-                low, high = min(low, body[j, axis]), max(high, body[j, axis])
-            boxes[piece, axis], boxes[piece, 2 + axis] = 0.5 * (low + high), 0.5 * (high - low)
-    return boxes
+                        keep(witness, found[n, slot])
+        for slot in range(slots):
+            at_open_end = ties[slot] == 1 and ends[slot] == 1
+            if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
+                in_frame(grid.corners, grid.starts[nearest[slot]], 2, x, y, c, s, segment)
+                _, left_x, left_y = _left_of(segment)
+                first, stop = body.starts[slot // grid.owners], body.starts[slot // grid.owners + 1]
+                witness[VALUE] = -inf
+                _behind(body.corners, first, stop, segment, left_x, left_y, witness)
+                keep(witness, found[n, slot])
 
 
 @inner
@@ -220,10 +176,11 @@ def _left_of(segment: Array) -> tuple[float, float, float]:
 
 
 @inner
-def _keep(witness: Array, found: Array, n: int, slot: int) -> None:
-    found[n, slot, APART] = witness[VALUE]
-    found[n, slot, ALONG], found[n, slot, ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
-    found[n, slot, AT_X], found[n, slot, AT_Y] = witness[ON_A_X], witness[ON_A_Y]
+def keep(witness: Array, contact: Array) -> None:
+    """Put what `distance_between` found into a contact (5,)."""
+    contact[APART] = witness[VALUE]
+    contact[ALONG], contact[ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
+    contact[AT_X], contact[AT_Y] = witness[ON_A_X], witness[ON_A_Y]
 
 
 @inner

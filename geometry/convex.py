@@ -127,8 +127,6 @@ def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
     Returns how many these are.
     """
     count, n = 0, len(corners)
-    if n <= 2:
-        return _swept_line(corners, dx, dy, found)
     for i in range(n):
         # Whether the edges before and behind this corner go along, or are left behind.
         before = _leads(corners, (i - 1) % n, i, dx, dy)
@@ -140,24 +138,15 @@ def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
             found[count, 0] = corners[i, 0] + (dx if behind else 0.0)
             found[count, 1] = corners[i, 1] + (dy if behind else 0.0)
             count += 1
-    return count
-
-
-@inner
-def _swept_line(corners: Array, dx: float, dy: float, found: Array) -> int:
-    """The same of a line or a point: a parallelogram, or a line."""
-    last = len(corners) - 1
-    edge_x, edge_y = corners[last, 0] - corners[0, 0], corners[last, 1] - corners[0, 1]
-    turn, along = edge_x * dy - edge_y * dx, edge_x * dx + edge_y * dy
-    begin, end = (0, last) if turn > 0.0 or (turn == 0.0 and along >= 0.0) else (last, 0)
-    found[0, 0], found[0, 1] = corners[begin, 0], corners[begin, 1]
-    if turn == 0.0:
+    if (
+        count <= 2
+    ):  # a point, or a line that moves along itself: from its hindmost end to where the other gets
+        along = (corners[n - 1, 0] - corners[0, 0]) * dx + (corners[n - 1, 1] - corners[0, 1]) * dy
+        begin, end = (0, n - 1) if along >= 0.0 else (n - 1, 0)
+        found[0, 0], found[0, 1] = corners[begin, 0], corners[begin, 1]
         found[1, 0], found[1, 1] = corners[end, 0] + dx, corners[end, 1] + dy
         return 2
-    found[1, 0], found[1, 1] = corners[end, 0], corners[end, 1]
-    found[2, 0], found[2, 1] = corners[end, 0] + dx, corners[end, 1] + dy
-    found[3, 0], found[3, 1] = corners[begin, 0] + dx, corners[begin, 1] + dy
-    return 4
+    return count
 
 
 @inner

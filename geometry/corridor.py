@@ -3,30 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.area import Area
-from geometry.arrays import Array, Index
-from geometry.clearance import Segments, clearance
-from geometry.contacts import Contacts, contacts
-from geometry.doors import Admitted, door, to_rows
+from geometry.arrays import Array
+from geometry.contacts import Contacts, line_contacts
+from geometry.doors import Admitted, admit, door, to_rows
 from geometry.errors import CorridorError, InputError
-from geometry.flanks import FLANKS, flank_contacts
+from geometry.flanks import FLANKS, flank_contacts, nearest_contacts
 from geometry.offsets import Narrowing, sections_of, trimmed
-from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split_outline
+from geometry.outline import (
+    checked_polygon,
+    checked_shape,
+    convex_pieces,
+    corners_of,
+    narrowest_in,
+    path_line,
+    split_outline,
+)
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.shape_grid import Body, checked_poses
-from geometry.walls import Obstacles, PartLines, PartWalls
+from geometry.shape_grid import POINT, Body, ShapeGrid, read_only
+from geometry.walls import PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
-_POINT = Body.of([(0.0, 0.0)])
 _NO_LINES = PartLines(left=(), right=(), joined=False, narrowest=(inf, 0.0))
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
@@ -40,13 +46,24 @@ class Corridor(Admitted, error=CorridorError):
 
     Attributes:
         walls: the boundaries of each part of the route.
-        kept_out: the obstacles.
+        obstacles: corners (m, 2) of each, counter-clockwise [m]; two of a line, one of a point.
         area: all that is solid besides, or None.
+        kept_out: the convex pieces of all obstacles, each obstacle an owner.
     """
 
-    walls: tuple[PartWalls, ...]
-    kept_out: Obstacles
+    walls: tuple[PartLines, ...]
+    obstacles: tuple[Array, ...] = ()
     area: Area | None = None
+    kept_out: ShapeGrid = field(init=False)
+
+    def __post_init__(self) -> None:
+        admit(self)
+        shapes = [checked_shape(each, f"obstacles[{i}]") for i, each in enumerate(self.obstacles)]
+        object.__setattr__(self, "obstacles", tuple(read_only(corners_of(shape)) for shape in shapes))
+        pieces = [convex_pieces(shape) for shape in shapes]
+        owner = np.repeat(np.arange(len(shapes)), np.array([len(each) for each in pieces], dtype=np.int64))
+        grid = ShapeGrid.of_shapes([piece for each in pieces for piece in each], owner, len(shapes))
+        object.__setattr__(self, "kept_out", grid)
 
     @classmethod
     @door(CorridorError)
@@ -77,9 +94,8 @@ class Corridor(Admitted, error=CorridorError):
         _check_offsets("", left, right)
         for i, row in enumerate(narrowings):
             _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
-        kept_out = Obstacles.from_polygons(obstacles)
         walls = [_walls(i, part, left, right, narrowings) for i, part in enumerate(path.parts)]
-        return cls(walls=tuple(walls), kept_out=kept_out)
+        return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
 
     @classmethod
     @door(CorridorError)
@@ -101,18 +117,14 @@ class Corridor(Admitted, error=CorridorError):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
             left, right = split_outline(part, shape)
             narrowest = narrowest_in(part, shape)
-            walls.append(
-                PartWalls.of(
-                    PartLines(left=tuple(left), right=tuple(right), joined=True, narrowest=narrowest)
-                )
-            )
-        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
+            walls.append(PartLines(left=(left,), right=(right,), joined=True, narrowest=narrowest))
+        return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
 
     @classmethod
     @door(CorridorError)
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
-        return cls(walls=(PartWalls.of(_NO_LINES),), kept_out=Obstacles.from_polygons(()), area=area)
+        return cls(walls=(_NO_LINES,), area=area)
 
     @door(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
@@ -121,7 +133,7 @@ class Corridor(Admitted, error=CorridorError):
         Raises:
             CorridorError: a bad obstacle.
         """
-        return replace(self, kept_out=Obstacles.from_polygons(obstacles))
+        return replace(self, obstacles=_arrays(obstacles))
 
     @property
     def sides(self) -> int:
@@ -129,19 +141,6 @@ class Corridor(Admitted, error=CorridorError):
         if self.area is not None:
             return FLANKS
         return 3 if self.obstacles else 2
-
-    @property
-    def obstacles(self) -> tuple[Array, ...]:
-        """Corners (m, 2) of the obstacles, counter-clockwise [m]; two of a line, one of a point."""
-        return self.kept_out.corners
-
-    @door(late=True)
-    def clearance(self, part: int, bodies: ArrayLike) -> Array:
-        """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
-
-        When something is crossed: minus the deepest penetration. Exact and slow. Raises as `contacts`.
-        """
-        return clearance(*self._measured(part), bodies)
 
     @door(late=True)
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
@@ -154,11 +153,9 @@ class Corridor(Admitted, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        grid = self._part(part).grid if self.area is None else self.area.grid
-        walls = grid.signed_distances(body, poses, within)
-        if not self.kept_out.corners:
-            return walls
-        return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
+        walls = self._part(part).grid if self.area is None else self.area.grid
+        grids = (walls, self.kept_out) if self.obstacles else (walls,)
+        return np.concatenate([grid.signed_distances(body, poses, within) for grid in grids], axis=1)
 
     @door(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
@@ -176,19 +173,16 @@ class Corridor(Admitted, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        poses = checked_poses(poses)
+        poses = to_rows(poses, 3, "poses")
         if self.area is not None:
-            grids = (self.area.grid, self.kept_out.grid)
+            grids = (self.area.grid, self.kept_out)
             found = flank_contacts(body, poses, grids, within=within, outward=outward)
-            found.setflags(write=False)
-            return Contacts(values=found)
-        walls = self._part(part).smooth
-        found = contacts(body, poses, walls, lines=True, within=within, outward=outward)
-        if self.kept_out.corners:
-            nearest = contacts(body, poses, self.kept_out.grid, lines=False, within=within, outward=outward)
-            found = np.concatenate((found, nearest), axis=2)
-        found.setflags(write=False)
-        return Contacts(values=found)
+        else:
+            found = line_contacts(body, poses, self._part(part).smooth, within=within, outward=outward)
+            if self.obstacles:
+                nearest = nearest_contacts(body, poses, self.kept_out, within=within, outward=outward)
+                found = np.concatenate((found, nearest), axis=2)
+        return Contacts(values=read_only(found))
 
     @door(late=True)
     def beyond(self, part: int, points: Array) -> Array:
@@ -199,23 +193,11 @@ class Corridor(Admitted, error=CorridorError):
         return self._part(part).beyond(to_rows(points, 2, "points"))
 
     @door(late=True)
-    def near_obstacles(self, points: Array, within: float) -> Index:
-        """Return which of points (n, 2) are nearer than `within` to an obstacle, or in one [m]."""
-        points = to_rows(points, 2, "points")
-        poses = np.column_stack([points, np.zeros(len(points))])
-        return np.flatnonzero(
-            (self.kept_out.grid.signed_distances(_POINT, poses, within) < within).any(axis=1)
-        )
-
-    @door(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
         """Return whether a boundary with open ends lies across the straight way between two points [m].
 
         What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
-        without ends everything is outside, and `clearance` tells.
-
-        Raises:
-            InputError: a part that does not exist, or points that are not finite.
+        without ends everything is outside, see `beyond`.
         """
         walls = self._part(part)
         one, other = to_rows((one, other), 2, "one, other").tolist()
@@ -229,24 +211,15 @@ class Corridor(Admitted, error=CorridorError):
 
         Obstacles don't count.
         """
-        return min(walls.lines.narrowest for walls in self.walls)
+        return min(walls.narrowest for walls in self.walls)
 
     @door(late=True)
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
-        lines = self._part(part).lines
-        return lines.left, lines.right
+        walls = self._part(part)
+        return walls.left, walls.right
 
-    def _measured(self, part: int) -> tuple[Segments, NDArray[np.object_]]:
-        """The boundaries of a part, or of the area, and all obstacles."""
-        if self.area is None:
-            return self._part(part).segments, self.kept_out.shapes
-        outline = self.area.boundary
-        around = () if outline is None else (np.concatenate((outline, outline[:1])),)
-        solid = np.array([shape_of(ring) for ring in self.area.obstacles], dtype=np.object_)
-        return Segments.of(around), np.concatenate((solid, self.kept_out.shapes))
-
-    def _part(self, part: int) -> PartWalls:
+    def _part(self, part: int) -> PartLines:
         if self.area is not None:
             return self.walls[0]
         if not 0 <= part < len(self.walls):
@@ -254,48 +227,48 @@ class Corridor(Admitted, error=CorridorError):
         return self.walls[part]
 
 
+def _arrays(obstacles: Sequence[ArrayLike]) -> tuple[Array, ...]:
+    return tuple(np.asarray(each, dtype=np.float64) for each in obstacles)
+
+
 def _walls(
     index: int, part: PathPart, left: float, right: float, narrowings: Sequence[Narrowing]
-) -> PartWalls:
+) -> PartLines:
     sections = sections_of(part, left, right, narrowings)
-    left_lines = trimmed(part, sections, sections.left)
-    right_lines = trimmed(part, sections, sections.right)
     # They come with growing theta; the allowed side has to be on their left.
-    if part.direction > 0:
-        left_lines = [np.ascontiguousarray(line[::-1]) for line in left_lines]
-    else:
-        right_lines = [np.ascontiguousarray(line[::-1]) for line in right_lines]
+    left_lines, right_lines = (
+        tuple(
+            np.ascontiguousarray(line[:: -part.direction * side]) for line in trimmed(part, sections, values)
+        )
+        for side, values in ((1, sections.left), (-1, sections.right))
+    )
     width = sections.left - sections.right
     i = int(np.argmin(width))
     narrowest = float(width[i]), float(sections.breaks[i])
-    walls = PartWalls.of(
-        PartLines(left=tuple(left_lines), right=tuple(right_lines), joined=False, narrowest=narrowest)
-    )
+    walls = PartLines(left=left_lines, right=right_lines, joined=False, narrowest=narrowest)
     if _crosses(walls, part):
         raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
     return walls
 
 
-def _crosses(walls: PartWalls, part: PathPart) -> bool:
+def _crosses(walls: PartLines, part: PathPart) -> bool:
     """Whether a boundary crosses the path; most come to none of some places within the way between these."""
     at = part.reference(part.places(_LOOKED))
     places = np.column_stack([at.x, at.y, at.phi])
-    if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
+    if np.isinf(walls.grid.signed_distances(POINT, places, _LOOKED)).all():
         return False
     lines = [line for line in walls.both if len(line) > 1]
     return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
 
 
 def _check_offsets(where: str, left: float, right: float) -> None:
-    for name, value in (("left", left), ("right", right)):
+    for name, value, sign, allowed in (("left", left, 1.0, "> 0 m"), ("right", right, -1.0, "< 0 m")):
         if not abs(value) <= _WIDEST:
             raise CorridorError(f"{where}{name} = {value}: must be a number of at most {_WIDEST:g} m.")
-    if left <= right:
-        raise CorridorError(f"{where}left = {left}: must be more than right = {right}.")
-    if left <= 0.0:
-        raise CorridorError(f"{where}left = {left}: must be > 0 m, else the boundary crosses the path.")
-    if right >= 0.0:
-        raise CorridorError(f"{where}right = {right}: must be < 0 m, else the boundary crosses the path.")
+        if sign * value <= 0.0:
+            raise CorridorError(
+                f"{where}{name} = {value}: must be {allowed}, else the boundary crosses the path."
+            )
 
 
 def _check_narrowing(where: str, row: Narrowing, length: float, left: float, right: float) -> None:

@@ -10,7 +10,6 @@ may be beside it, it is open to the sides, too, up to its own boundaries.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -22,7 +21,7 @@ from geometry.errors import CorridorError
 from geometry.outline import path_line
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.walls import PartWalls, simplified
+from geometry.walls import PartLines, simplified
 
 _SPACING = 0.1  # [m] of the points of a path beside which the boundaries are looked for
 _FINE = 1e-3  # [m] that the outline may be beside the boundaries
@@ -36,10 +35,7 @@ _FOLDED = 0.99  # of a bend's radius: beside its inside there is no more
 
 
 def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
-    """Return the area of a corridor along a path, whose obstacles are left out.
-
-    Args:
-        beyond: how far it goes on at the open ends, at the end of the route to the sides, too [m].
+    """Return the area of a corridor along a path without its obstacles, `beyond` [m] longer at the open ends.
 
     Raises:
         CorridorError: a part has no boundaries, they cut the path, or the parts are not connected.
@@ -47,13 +43,13 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     if corridor.area is not None:
         return corridor.area
     last = len(path.parts) - 1
-    pieces = [
-        piece
-        for k, part in enumerate(path.parts)
-        for piece in _lane_and_ends(k, part, corridor.walls[k], beyond, beyond if k == last else 0.0)
-    ]
+    pieces = []
+    for k, part in enumerate(path.parts):
+        pieces += _lane_and_ends(k, part, corridor.walls[k], beyond, beyond if k == last else 0.0)
     driven = shapely.union_all([path_line(part, _SPACING) for part in path.parts])
-    found = shapely.get_parts(_closed(shapely.union_all(pieces, grid_size=_GRID)))
+    # Rounding leaves gaps between pieces that meet: they are closed.
+    wider = shapely.union_all(pieces, grid_size=_GRID).buffer(0.5 * _FINE, join_style="mitre")
+    found = shapely.get_parts(wider.buffer(-0.5 * _FINE, join_style="mitre"))
     whole = found[int(np.argmin(shapely.distance(found, shapely.Point(path.start.x, path.start.y))))]
     if not shapely.covers(whole.buffer(2.0 * _FINE), driven):
         raise CorridorError("the boundaries cut the path, or the parts of the corridor are not connected.")
@@ -63,65 +59,50 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     return Area(boundary=outline, obstacles=obstacles)
 
 
-def _closed(shape: shapely.Geometry) -> shapely.Geometry:
-    """Without the gaps that rounding leaves between pieces that meet."""
-    wider = shapely.buffer(shape, 0.5 * _FINE, join_style="mitre")
-    return shapely.buffer(wider, -0.5 * _FINE, join_style="mitre")
-
-
 def _lane_and_ends(
-    index: int, part: PathPart, walls: PartWalls, beyond: float, aside: float
+    index: int, part: PathPart, walls: PartLines, beyond: float, aside: float
 ) -> list[shapely.Geometry]:
     """What is beside one part, up to its boundaries, and beyond its ends, the last of which goes on `aside`
     [m] to either side."""
-    if walls.lines.joined:
+    if walls.joined:
         return [shapely.Polygon(np.concatenate(walls.both))]
     lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
     if lines.is_empty:
         raise CorridorError(f"part {index}: it has no boundaries.")
-    beside = _CrossSections.of(part, lines)
+    left, middle, right = _cross_sections(part, lines)
     # What a cross-section reaches beside a step of a boundary is cut off by the boundary itself.
-    lane = shapely.difference(beside.covered, shapely.buffer(lines, _FINE), grid_size=_GRID)
-    begin = _end([each[0] for each in beside], part.first.phi, -part.direction, lines, beyond, 0.0)
-    end = _end([each[-1] for each in beside], part.last.phi, part.direction, lines, beyond, aside)
+    covered = [piece for side in (left, right) for piece in _strips(middle, side)]
+    lane = shapely.difference(
+        shapely.union_all(covered, grid_size=_GRID), shapely.buffer(lines, _FINE), grid_size=_GRID
+    )
+    first, last = ([side[k] for side in (left, middle, right)] for k in (0, -1))
+    begin = _end(first, part.first.phi, -part.direction, lines, beyond, 0.0)
+    end = _end(last, part.last.phi, part.direction, lines, beyond, aside)
     return [lane, begin, end]
 
 
-class _CrossSections(NamedTuple):
-    """Points (n, 2) along a part, and what is nearest of its boundaries beside each to the left and right."""
+def _cross_sections(part: PathPart, lines: shapely.MultiLineString) -> tuple[Array, Array, Array]:
+    """Points (n, 2) of the nearest boundary on the left, along a part, and of the nearest on the right [m].
 
-    left: Array
-    middle: Array
-    right: Array
-
-    @classmethod
-    def of(cls, part: PathPart, lines: shapely.MultiLineString) -> _CrossSections:
-        """Where there is nothing: as far as the farthest boundary, and inside of a bend no farther than its
-        centre."""
-        # Those at the ends must meet what ends there.
-        theta = np.linspace(part.start + _ROUNDING, part.end - _ROUNDING, part.places(_SPACING).size)
-        at, bend = part.reference(theta), part.curvature(theta)
-        middle = np.column_stack([at.x, at.y])
-        normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
-        corners = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
-        farthest = _farthest(np.concatenate(corners), path_line(part, _SPACING)) + _FINE
-        pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in corners])
-        tree = shapely.STRtree(shapely.linestrings(pieces))
-        sides = []
-        for sign in (1.0, -1.0):
-            inside = np.maximum(sign * bend, _FOLDED / farthest)
-            reach = _FOLDED / inside
-            rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
-            ray, piece = tree.query(rays, predicate="intersects")
-            np.minimum.at(reach, ray, _along(middle[ray], sign * normal[ray], pieces[piece]))
-            sides.append(middle + (sign * reach)[:, None] * normal)
-        return cls(left=sides[0], middle=middle, right=sides[1])
-
-    @property
-    def covered(self) -> shapely.Geometry:
-        """What is between each two cross-sections, put together."""
-        pieces = [piece for side in (self.left, self.right) for piece in _strips(self.middle, side)]
-        return shapely.union_all(pieces, grid_size=_GRID)
+    Where there is none: as far as the farthest boundary, and inside of a bend no farther than its centre.
+    """
+    # Those at the ends must meet what ends there.
+    theta = np.linspace(part.start + _ROUNDING, part.end - _ROUNDING, part.places(_SPACING).size)
+    at, bend = part.reference(theta), part.curvature(theta)
+    middle = np.column_stack([at.x, at.y])
+    normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
+    corners = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
+    farthest = _farthest(np.concatenate(corners), path_line(part, _SPACING)) + _FINE
+    pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in corners])
+    tree = shapely.STRtree(shapely.linestrings(pieces))
+    sides = []
+    for sign in (1.0, -1.0):
+        reach = _FOLDED / np.maximum(sign * bend, _FOLDED / farthest)
+        rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
+        ray, piece = tree.query(rays, predicate="intersects")
+        np.minimum.at(reach, ray, _along(middle[ray], sign * normal[ray], pieces[piece]))
+        sides.append(middle + (sign * reach)[:, None] * normal)
+    return sides[0], middle, sides[1]
 
 
 def _farthest(points: Array, line: shapely.LineString) -> float:

@@ -59,7 +59,7 @@ def prepare() -> None:
         _PENDING.pop()()
 
 
-class _Unfit(Exception):
+class _Unfit(TypeError):
     """`value`, at the place `where` of an argument, is not what is wanted."""
 
     def __init__(self, wanted: str, value: Any, where: str = "") -> None:
@@ -113,17 +113,13 @@ def admit(given: Admitted) -> None:
 
 
 def to_float(value: Any) -> float:
-    """Turn a number of any kind, but truth values, into a float.
-
-    Raises:
-        TypeError: it is none.
-    """
+    """Turn a number of any kind, but truth values, into a float. Raises TypeError."""
     if type(value) is float:  # as nearly all are
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
-        raise TypeError("no number")
+        raise _Unfit("a number", value)
     try:
         return float(value)
     except OverflowError:
@@ -131,28 +127,20 @@ def to_float(value: Any) -> float:
 
 
 def to_floats(values: Any) -> Array:
-    """Turn anything that holds numbers into a contiguous array of floats.
-
-    Raises:
-        TypeError: it holds something that is no number, or rows of different lengths.
-    """
+    """Turn anything that holds numbers into a contiguous array of floats. Raises TypeError."""
     try:
         found = np.asarray(values)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TypeError("no numbers") from error
-    if found.dtype.kind == "O":
-        found = np.array([to_float(each) for each in found.flat]).reshape(found.shape)
-    if found.dtype.kind not in "iuf" and found.size:
-        raise TypeError("no numbers")
-    return np.ascontiguousarray(found, dtype=np.float64)
+        if found.dtype.kind == "O":
+            found = np.array([to_float(each) for each in found.flat]).reshape(found.shape)
+        if found.dtype.kind in "iuf" or not found.size:
+            return np.ascontiguousarray(found, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise _Unfit("an array of numbers", values)
 
 
 def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputError) -> Array:
-    """Turn anything that holds numbers into a contiguous array (n, width) of floats.
-
-    Raises:
-        InputError: of the class `error`; it holds something else, has another shape, or is not finite.
-    """
+    """Turn anything that holds numbers into a contiguous array (n, width) of floats, all finite, or raise."""
     try:
         found = to_floats(values)
     except TypeError:
@@ -195,34 +183,29 @@ def _turn_to(hint: Any) -> Turn:
     if hint in _SIMPLE:
         return _SIMPLE[hint]
     if origin is np.ndarray:
-        return _array
+        return to_floats
     if origin is Literal:
         return partial(_one_of, parts)
     if origin in (typing.Union, types.UnionType):
         arrays = get_args(numpy.typing.ArrayLike)
         if not set(arrays) <= set(parts):
             return _any_of([_turn_to(each) for each in parts])
-        return _any_of([*(_turn_to(each) for each in parts if each not in arrays), _array])
+        return _any_of([*(_turn_to(each) for each in parts if each not in arrays), to_floats])
     if origin is tuple and Ellipsis not in parts:
         return partial(_row, [_turn_to(each) for each in parts])
     if origin in (tuple, list, Sequence):
         return partial(_sequence, _turn_to(parts[0]))
-    if origin is Callable or hint is Callable:
+    if Callable in (origin, hint):
         return _instance(Callable, "a function")
     if origin is PathLike:
         return _instance(PathLike, "a path")
-    if isinstance(hint, type) and getattr(
-        hint, "_is_runtime_protocol", not getattr(hint, "_is_protocol", False)
-    ):
+    is_protocol = getattr(hint, "_is_protocol", False)
+    if isinstance(hint, type) and getattr(hint, "_is_runtime_protocol", not is_protocol):
         return _instance(hint, f"{'an' if hint.__name__[0] in 'AEIOU' else 'a'} {hint.__name__}")
-    return _anything
+    return _SIMPLE[Any]
 
 
-def _anything(value: Any) -> Any:
-    return value
-
-
-def _instance(kinds: Any, wanted: str, made: Turn = _anything) -> Turn:
+def _instance(kinds: Any, wanted: str, made: Turn = lambda value: value) -> Turn:
     def turn(value: Any) -> Any:
         if not isinstance(value, kinds):
             raise _Unfit(wanted, value)
@@ -231,27 +214,13 @@ def _instance(kinds: Any, wanted: str, made: Turn = _anything) -> Turn:
     return turn
 
 
-def _number(value: Any) -> float:
-    try:
-        return to_float(value)
-    except TypeError:
-        raise _Unfit("a number", value) from None
-
-
 def _whole(value: Any) -> int:
     if isinstance(value, Integral) and not isinstance(value, bool):
         return int(value)
-    found = _number(value)
+    found = to_float(value)
     if not found.is_integer():
         raise _Unfit("a whole number", value)
     return int(found)
-
-
-def _array(value: Any) -> Array:
-    try:
-        return to_floats(value)
-    except TypeError:
-        raise _Unfit("an array of numbers", value) from None
 
 
 def _one_of(values: Sequence[Any], value: Any) -> Any:
@@ -262,7 +231,7 @@ def _one_of(values: Sequence[Any], value: Any) -> Any:
 
 def _any_of(turns: Sequence[Turn]) -> Turn:
     """The first that takes the value; None is tried first, an array last."""
-    ordered = sorted(turns, key=lambda turn: (turn is not _nothing, turn is _array))
+    ordered = sorted(turns, key=lambda turn: (turn is not _nothing, turn is to_floats))
 
     def turn(value: Any) -> Any:
         failed = []
@@ -272,7 +241,7 @@ def _any_of(turns: Sequence[Turn]) -> Turn:
             except _Unfit as unfit:
                 failed.append(unfit)
         inner = [unfit for unfit in failed if unfit.where]
-        if inner and _array not in turns:  # it has the right form, and something in it is wrong
+        if inner and to_floats not in turns:  # it has the right form, and something in it is wrong
             raise inner[0]
         wanted = " or ".join(dict.fromkeys(unfit.wanted for unfit in reversed(failed)))
         raise _Unfit(wanted, value)
@@ -281,7 +250,7 @@ def _any_of(turns: Sequence[Turn]) -> Turn:
 
 
 def _row(turns: Sequence[Turn], value: Any) -> tuple[Any, ...]:
-    wanted = f"{len(turns)} {'numbers' if all(turn is _number for turn in turns) else 'values'}"
+    wanted = f"{len(turns)} {'numbers' if all(turn is to_float for turn in turns) else 'values'}"
     items = _items(value, wanted)
     if len(items) != len(turns):
         raise _Unfit(wanted, value)
@@ -307,11 +276,10 @@ def _inside(turn: Turn, value: Any, place: int) -> Any:
 
 _nothing: Final = _instance(types.NoneType, "None")
 _SIMPLE: Final[dict[Any, Turn]] = {
-    float: _number,
+    float: to_float,
     int: _whole,
     bool: _instance(bool | np.bool_, "True or False", bool),
     str: _instance(str, "text", str),
     types.NoneType: _nothing,
-    object: _anything,
-    Any: _anything,
+    **dict.fromkeys((object, Any), lambda value: value),
 }

@@ -1,9 +1,9 @@
 """Where every file comes in that somebody else may have written: nothing takes far more than its size.
 
-A file is regular and not too large, its text is UTF-8 with or without a byte order mark. What YAML, TOML,
-JSON and pictures say is bounded before it is used: no aliases, no deep nesting, no endless keys or numbers,
-not too many pixels. The functions raise OSError for a file and ValueError for its content, worded as what the
-file is or has; each caller makes one line in its own error class of both.
+A file is regular and not too large, its text is UTF-8 with or without a byte order mark. What it says is
+bounded before it is used: no deep nesting, no endless keys or numbers. The functions raise OSError for a file
+and ValueError for its content, worded as what the file is or has; each caller makes one line in its own error
+class of both.
 """
 
 from __future__ import annotations
@@ -14,29 +14,19 @@ import os
 import re
 import stat
 import tomllib
-import warnings
-from io import BytesIO
 from os import PathLike
-from typing import TYPE_CHECKING, Any, BinaryIO
-
-if TYPE_CHECKING:
-    from PIL import Image
+from typing import Any, BinaryIO
 
 File = str | PathLike[str]
 
-TEXT = 2_000_000
-"""Of a TOML or JSON file, at most [bytes]."""
-YAML = 20_000
-"""Of a YAML file [bytes]: PyYAML is slow."""
-TABLE = 200_000_000
-"""Of a CSV file or a picture [bytes]."""
-RECORDING = 2_000_000_000
-"""Of a recording [bytes]: hours of driving."""
-PIXELS = 64_000_000
-"""Of a picture: 8,000 by 8,000."""
-DEPTH = 32
-"""Of lists and tables in one another, and keys that are joined by dots."""
+TEXT = 2_000_000  # [bytes] of a TOML or JSON file, at most
+YAML = 20_000  # [bytes] of a YAML file: PyYAML is slow
+TABLE = 200_000_000  # [bytes] of a CSV file or a picture
+RECORDING = 2_000_000_000  # [bytes] of a recording: hours of driving
+PIXELS = 64_000_000  # of a picture: 8,000 by 8,000
+DEPTH = 32  # of lists and tables in one another, and keys that are joined by dots
 
+_TOO_DEEP = f"is nested more than {DEPTH} deep"
 _WHOLE = 2**63  # whole numbers are less: TOML has 64 bits, and long ones cannot even be printed
 _OPAQUE = re.compile(
     r'"""(?:[^\\]|\\.)*?"{3,5}' r"|'''.*?'{3,5}" r'|"(?:[^"\\\n]|\\.)*+"' r"|'[^'\n]*+'" r"|\#[^\n]*+",
@@ -46,42 +36,32 @@ _DOTTED = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){" + str(DEPTH) + "}
 
 
 def opened(file: File, most: int) -> BinaryIO:
-    """Open a file to read it, if it is a regular one of at most so many bytes.
+    """Open a file to read it, if it is a regular one of at most so many bytes. Raises OSError."""
 
-    Raises:
-        OSError: it cannot be opened, is no regular file, or is larger.
-    """
+    def at_once(name: str, flags: int) -> int:  # to open a pipe would wait for who writes to it
+        return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+
     try:
-        stream = open(file, "rb", opener=_opened_at_once)  # noqa: SIM115
+        stream = open(file, "rb", opener=at_once)  # noqa: SIM115
     except ValueError as error:  # a null byte in its name
         raise OSError(errno.EINVAL, str(error)) from None
-    size = os.fstat(stream.fileno()).st_size
-    if size > most:
-        stream.close()
-        raise OSError(errno.EFBIG, f"it has {size / 1e6:.1f} MB, {most / 1e6:g} MB are allowed")
-    return stream
-
-
-def _opened_at_once(file: str, flags: int) -> int:
-    """The descriptor of a regular file; to open a pipe would wait for who writes to it."""
-    found = os.open(file, flags | getattr(os, "O_NONBLOCK", 0))
-    mode = os.fstat(found).st_mode
-    if stat.S_ISREG(mode):
-        return found
-    os.close(found)
-    if stat.S_ISDIR(mode):
-        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-    raise OSError(errno.EINVAL, "it is no regular file")
+    found = os.fstat(stream.fileno())
+    if stat.S_ISREG(found.st_mode) and found.st_size <= most:
+        return stream
+    stream.close()
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    raise OSError(errno.EFBIG, f"it has {found.st_size / 1e6:.1f} MB, {most / 1e6:g} MB are allowed")
 
 
 def content(file: File, most: int) -> bytes:
-    """Return the bytes of a regular file, at most so many. Raises OSError as `opened`."""
+    """Return the bytes of a regular file, at most so many. Raises OSError."""
     with opened(file, most) as stream:
         return stream.read(os.fstat(stream.fileno()).st_size)
 
 
 def text(file: File, most: int = TEXT) -> str:
-    """Return the text of a file in UTF-8. Raises OSError as `opened`, or UnicodeDecodeError."""
+    """Return the text of a file in UTF-8. Raises OSError or UnicodeDecodeError."""
     return content(file, most).decode("utf-8-sig")
 
 
@@ -93,7 +73,7 @@ def from_toml(said: str) -> dict[str, Any]:
         found = tomllib.loads(said)
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
-    _check_plain(found)
+    check_plain(found)
     return found
 
 
@@ -105,56 +85,7 @@ def from_json(said: str | bytes) -> Any:
         raise ValueError(_TOO_DEEP) from None
 
 
-def from_yaml(said: bytes) -> Any:
-    """Return what a YAML text without aliases says. Raises ValueError, or yaml.MarkedYAMLError."""
-    import yaml  # here: for maps only
-
-    class Loader(yaml.SafeLoader):
-        def compose_node(self, parent: Any, index: Any) -> Any:
-            if self.check_event(yaml.AliasEvent):
-                mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
-                raise yaml.composer.ComposerError(None, None, "aliases are not allowed", mark)
-            return super().compose_node(parent, index)
-
-    try:
-        found = yaml.load(said, Loader)
-    except yaml.MarkedYAMLError:
-        raise
-    except Exception as error:  # PyYAML lets through whatever its tags and numbers run into
-        raise ValueError("has a value that YAML does not allow") from error
-    _check_plain(found)
-    return found
-
-
-def picture(file: File) -> Image.Image:
-    """Return the picture in a PNG, PGM or PPM file, loaded.
-
-    Raises:
-        OSError: as `opened`, or it is damaged; PIL.UnidentifiedImageError: it is no such picture.
-        ValueError: it has too many pixels.
-    """
-    from PIL import Image  # here: for maps only
-
-    too_many = f"has too many pixels, {PIXELS} are allowed"
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            found = Image.open(BytesIO(content(file, TABLE)), formats=("PNG", "PPM"))
-    except Image.DecompressionBombError as error:
-        raise ValueError(too_many) from error
-    if found.width * found.height > PIXELS:
-        raise ValueError(too_many)
-    try:
-        found.load()
-    except (SyntaxError, EOFError, ValueError, OverflowError) as error:
-        raise OSError(errno.EIO, str(error)) from error
-    return found
-
-
-_TOO_DEEP = f"is nested more than {DEPTH} deep"
-
-
-def _check_plain(data: Any) -> None:
+def check_plain(data: Any) -> None:
     """Raise ValueError for data that are nested too deep, or have a number that is too long."""
     level = [data]
     for _ in range(DEPTH):

@@ -24,8 +24,8 @@ _STRAIGHT = 1e-9  # [rad] chords that turn by less on both sides of a point do n
 
 
 def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Array]:
-    """Return two arcs for each interval that meet with a common tangent and take the poses as they are:
-    directions, curvatures [1/m] and lengths [m] (2 n - 2,).
+    """Return two arcs for each interval between poses (n, 3), which meet with a common tangent: directions,
+    curvatures [1/m] and lengths [m] (2 n - 2,).
 
     With unit tangents t_1, t_2 of the travel and v from the first point to the second, both control legs
     being d long:
@@ -34,10 +34,6 @@ def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Arr
 
     and the arcs meet at the mean of p_1 + d t_1 and p_2 - d t_2. An arc that leaves its chord of length c
     by the angle a turns by 2 a, has the curvature 2 sin(a)/c and the length c/sinc(a).
-
-    Args:
-        poses: (n, 3) x, y [m], vehicle heading [rad].
-        directions: (n-1,) of the intervals.
 
     Raises:
         PathError: a heading is more than 90 deg away from the chord beside it.
@@ -63,8 +59,7 @@ def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Arr
 def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directions]:
     """Return poses (k, 3) without doubled cusp rows and the directions (k-1,) of the intervals between them.
 
-    Raises:
-        PathError: repeated points, or the two rows of a cusp differ in heading.
+    Raises PathError for repeated points, or a cusp whose two rows differ in heading.
     """
     v = np.diff(poses[:, :2], axis=0)
     same = np.hypot(*v.T) < _SAME_POINT
@@ -86,10 +81,8 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
 def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
     """Return poses (k, 3) on a chord-length Akima spline per direction, and the directions between them.
 
-    At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends.
-
-    Raises:
-        PathError: repeated points, or a cusp at which the way does not turn back.
+    At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends. Raises
+    PathError for repeated points, or a cusp at which the way does not turn back.
     """
     points, intervals = _point_intervals(points, directions)
     cuts = [0, *(np.flatnonzero(np.diff(intervals)) + 1).tolist(), len(intervals)]

@@ -9,22 +9,14 @@ mean of red, green and blue,
 (A1)  p = (255 - value) / 255, or value / 255 with negate
 
 is how occupied its cell is: it is occupied where p > occupied_thresh, free where p < free_thresh, and unknown
-otherwise. What is not opaque is unknown.
-
-In an array, axis 0 is the row, and the first row is the lowest one, at the origin; axis 1 is the column,
-along x of the origin. A value is
-
-- a bool: True is occupied, or
-- a number from 0 (free) to 1 (occupied), or -1 or NaN: unknown; or,
-- where any value is larger than 1, a percentage from 0 to 100, or -1 or NaN: unknown.
-
-A cell is occupied from 65 % on, free up to 25 %, and unknown in between, as in ROS.
+otherwise. What is not opaque is unknown. What an array says: `Area.from_grid`.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from io import BytesIO
 from math import cos, isfinite, sin
 from pathlib import Path
 from typing import Any
@@ -39,6 +31,7 @@ from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
 from geometry.pose import Pose2
+from geometry.shape_grid import read_only
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
@@ -49,22 +42,11 @@ _RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put toge
 Origin = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OccupancyMap:
-    """What a map says.
+def read_map(file: files.File, *, unknown_is_free: bool = False) -> tuple[Array, Array]:
+    """Read a map: its outline (4, 2), and rectangles (n, 4, 2) that make up what is occupied [m].
 
-    Attributes:
-        outline: corners (4, 2) of the map, counter-clockwise [m].
-        rectangles: corners (n, 4, 2) of rectangles that make up what is occupied, counter-clockwise [m]; they
-            do not overlap.
-    """
-
-    outline: Array
-    rectangles: Array
-
-
-def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap:
-    """Read a map; its unknown cells count as occupied, unless `unknown_is_free`.
+    All corners run counter-clockwise, and the rectangles do not overlap. Unknown cells count as occupied,
+    unless `unknown_is_free`.
 
     Raises:
         AreaError: a file is missing or cannot be read, an entry is missing or not usable, or no cell is free.
@@ -88,17 +70,8 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap
 
 def grid_map(
     array: ArrayLike, resolution: float, origin: Pose2 | Sequence[float], *, unknown_is_free: bool = False
-) -> OccupancyMap:
-    """Return the map of a grid (rows, columns); unknown cells count as occupied, unless `unknown_is_free`.
-
-    Args:
-        array: see the module.
-        resolution: length of a cell [m].
-        origin: pose of the lower left corner of the first cell: x, y [m] and, if given, yaw [rad].
-
-    Raises:
-        AreaError: another shape, no cell, a value, resolution or origin out of range, or no free cell.
-    """
+) -> tuple[Array, Array]:
+    """Return the same of a grid, see `Area.from_grid`."""
     cells = _solid(array, unknown_is_free)
     if not _FINEST <= resolution <= _COARSEST:
         raise AreaError(f"resolution = {resolution!r}: must be a number from {_FINEST:g} to {_COARSEST:g} m.")
@@ -135,14 +108,11 @@ def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
     return solid
 
 
-def _map_of(cells: Mask, resolution: float, origin: Origin) -> OccupancyMap:
-    """The map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
+def _map_of(cells: Mask, resolution: float, origin: Origin) -> tuple[Array, Array]:
+    """Of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
-    rectangles = _corners(merged_cells(cells), resolution, origin)
-    for each in (outline, rectangles):
-        each.setflags(write=False)
-    return OccupancyMap(outline=outline, rectangles=rectangles)
+    return read_only(outline), read_only(_corners(merged_cells(cells), resolution, origin))
 
 
 def merged_cells(cells: Mask) -> Index:
@@ -182,14 +152,28 @@ def _corners(rectangles: Index, resolution: float, origin: Origin) -> Array:
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
 
 
+class _Loader(yaml.SafeLoader):
+    """Allows no aliases: a few lines of them stand for millions of values."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", mark)
+        return super().compose_node(parent, index)
+
+
 def _read_yaml(file: files.File) -> dict[str, Any]:
     try:
-        found = files.from_yaml(files.content(file, files.YAML))
+        found = yaml.load(files.content(file, files.YAML), _Loader)
     except OSError as error:
         raise AreaError(f"cannot be read ({error.strerror}).") from error
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise AreaError(f"is no YAML file (line {line}: {error.problem}).") from error
+    except Exception as error:  # PyYAML lets through whatever its tags and numbers run into
+        raise AreaError("is no YAML file, or has a value that YAML does not allow.") from error
+    try:
+        files.check_plain(found)
     except ValueError as error:
         raise AreaError(f"is no YAML file, or {error}.") from error
     if not isinstance(found, dict):
@@ -244,14 +228,10 @@ def _image(value: Any) -> str:
     return value
 
 
-def _negate(value: Any) -> bool:
-    return bool((0, 1).index(value))
-
-
 _ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
     "free_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
     "occupied_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
-    "negate": (_negate, "0 or 1"),
+    "negate": ((0, 1).index, "0 or 1"),
     "image": (_image, "the name of a PGM or PNG file"),
     "resolution": (_number(_FINEST, _COARSEST), f"a number from {_FINEST:g} to {_COARSEST:g}"),
     "origin": (_origin, f"[x, y, yaw], numbers of at most {FARTHEST:g}"),
@@ -261,19 +241,21 @@ _ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
 def _read_picture(file: Path) -> tuple[NDArray[Any], int, Mask | None]:
     """Levels (rows, columns), 0 to the one returned with them, and which pixels are opaque; None: all."""
     try:
-        return _levels(files.picture(file))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            picture = Image.open(BytesIO(files.content(file, files.TABLE)), formats=("PNG", "PPM"))
+        if picture.width * picture.height > files.PIXELS:
+            raise Image.DecompressionBombError
+        picture.load()
     except UnidentifiedImageError as error:
         raise AreaError(f"{file} is no picture, it must be PGM or PNG.") from error
-    except ValueError as error:
-        raise AreaError(f"{file} {error}.") from error
-    except OSError as error:
+    except Image.DecompressionBombError as error:
+        raise AreaError(f"{file} has too many pixels, {files.PIXELS} are allowed.") from error
+    except (OSError, SyntaxError, EOFError, ValueError, OverflowError) as error:
         reason = getattr(error, "strerror", None) or error
         raise AreaError(f"{file} cannot be read as PGM or PNG ({reason}).") from error
-
-
-def _levels(picture: Image.Image) -> tuple[NDArray[Any], int, Mask | None]:
     if picture.mode == "F":
-        raise ValueError("is a picture of floats, its levels must be whole numbers")
+        raise AreaError(f"{file} is a picture of floats, its levels must be whole numbers.")
     if picture.mode.startswith("I"):
         return np.asarray(picture), 65535, None
     if picture.mode in ("1", "L") and "transparency" not in picture.info:

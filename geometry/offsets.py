@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -50,8 +51,7 @@ class Narrowing(Admitted, error=CorridorError):
     right: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sections:
+class Sections(NamedTuple):
     """Offsets of a part, constant between breaks.
 
     Attributes:
@@ -69,8 +69,7 @@ class Sections:
         return np.where(lateral > 0.0, self.left[i], -self.right[i])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Raw:
+class _Raw(NamedTuple):
     """An untrimmed boundary of k points beside a part of a path, `folded` where it runs backwards."""
 
     part: PathPart
@@ -88,25 +87,14 @@ class _Raw:
 
 
 def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
-    """Return the boundary of one side as polylines (k, 2) in the order of growing theta.
-
-    Args:
-        part: the part of the path.
-        sections: the offsets of both sides.
-        values: (b,) those of this side, sections.left or sections.right.
-    """
-    return [as_pairs(thin_out(np.concatenate(pieces))) for pieces in _pieces(part, sections, values)]
-
-
-def _pieces(part: PathPart, sections: Sections, values: Array) -> list[list[Complex]]:
-    """Of each polyline of `trimmed` the pieces (k,), end to end [m]."""
+    """Return the boundary at the offsets `values` (b,) as polylines (k, 2) of growing theta [m]."""
     raw = _untrimmed(part, sections, values)
     kept = ~raw.folded & ~_is_inside(raw, raw.theta, raw.offset)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], kept, [0])).astype(np.int8)))
     runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
     if not runs:
         return []
-    lines: list[list[Complex]] = [[_opened(raw, runs[0][0], -1)]]
+    lines: list[list[Complex]] = [[_opened(raw, runs[0][0], -1)]]  # of each the pieces, end to end
     body = raw.points(*runs[0])
     for before, after in pairwise(runs):
         joint = _crossing(raw, before, after)
@@ -121,7 +109,7 @@ def _pieces(part: PathPart, sections: Sections, values: Array) -> list[list[Comp
             lines.append([_opened(raw, after[0], -1)])
         body = following
     lines[-1] += [body, _opened(raw, runs[-1][1] - 1, 1)]
-    return lines
+    return [as_pairs(thin_out(np.concatenate(pieces))) for pieces in lines]
 
 
 def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
@@ -139,19 +127,13 @@ def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
         lengths = np.diff(ends) * np.maximum(np.abs(stretch), 1.0)
         counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         for k in range(0, counts.size, _PIECES):
-            count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
-            piece, step = number_steps(count)
-            thetas.append(begin[piece] + length[piece] * step / (count[piece] - 1))
+            piece, step = number_steps(counts[k : k + _PIECES])
+            piece += k
+            thetas.append(ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1))
             offsets.append(np.broadcast_to(values[i], piece.shape))
-            folded.append(stretch[k + piece] < -1e-9)
-    return _Raw(
-        part=part,
-        sections=sections,
-        distance=_PathDistance(part),
-        theta=np.concatenate(thetas),
-        offset=np.concatenate(offsets),
-        folded=np.concatenate(folded),
-    )
+            folded.append(stretch[piece] < -1e-9)
+    samples = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
+    return _Raw(part, sections, _PathDistance(part), *samples)
 
 
 def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
@@ -271,15 +253,11 @@ def sections_of(part: PathPart, left: float, right: float, narrowings: Sequence[
     edges = [edge for row in narrowings for edge in (row.start, row.end) if part.start < edge < part.end]
     breaks = np.unique(np.array([part.start, *edges, part.end]))
     middle = 0.5 * (breaks[1:] + breaks[:-1])
-    lefts, rights = np.full(middle.size, np.nan), np.full(middle.size, np.nan)
+    lefts, rights = np.full((2, middle.size), np.nan)
     for row in narrowings:
         inside = (middle > row.start) & (middle < row.end)
         if row.left is not None:
             lefts[inside] = np.fmin(lefts[inside], row.left)
         if row.right is not None:
             rights[inside] = np.fmax(rights[inside], row.right)
-    return Sections(
-        breaks=breaks,
-        left=np.where(np.isnan(lefts), left, lefts),
-        right=np.where(np.isnan(rights), right, rights),
-    )
+    return Sections(breaks, np.where(np.isnan(lefts), left, lefts), np.where(np.isnan(rights), right, rights))

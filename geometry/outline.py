@@ -1,7 +1,4 @@
-"""Polygons, lines and points, checked; and a polygon as the boundaries of a part.
-
-It is split into the left and the right one, and it is told how wide it is along the part.
-"""
+"""Polygons, lines and points, checked and in convex pieces; and a polygon as the boundaries of a part."""
 
 from __future__ import annotations
 
@@ -38,17 +35,23 @@ def checked_polygon(
         InputError: of the class `error`; fewer than 3 corners, numbers that are not finite, or an outline
             that crosses itself.
     """
-    return _polygon(_points(corners, name, error), name, error)
+    points = _points(corners, name, error)
+    if len(points) < 3:
+        raise error(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
+    x, y = (points - points[0]).T
+    if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0.0:
+        points = points[::-1]
+    shape = shapely.Polygon(points)
+    if not shape.is_valid:
+        raise error(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
+    return shape
 
 
 def checked_shape(corners: ArrayLike, name: str, error: type[InputError] = CorridorError) -> Shape:
     """Return corners (m, 2) [m] of an obstacle as a shape: of one a point, of two a line, of more a polygon.
 
-    A polygon without area, all corners of which are on one line, is that line or point.
-
-    Raises:
-        InputError: of the class `error`; no corner, numbers that are not finite, or an outline that crosses
-            itself.
+    A polygon without area, all corners of which are on one line, is that line or point. Raises as
+    `checked_polygon`, and without any corner.
     """
     points = _points(corners, name, error)
     if len(points) == 0:
@@ -60,7 +63,7 @@ def checked_shape(corners: ArrayLike, name: str, error: type[InputError] = Corri
         return shape_of(points[:1])
     along, across = off @ far / length, off @ np.array([-far[1], far[0]]) / length
     if np.abs(across).max() > _ROUNDING * length:
-        return _polygon(points, name, error)
+        return checked_polygon(points, name, error)
     return shape_of(points[[int(np.argmin(along)), int(np.argmax(along))]])
 
 
@@ -91,18 +94,6 @@ def _points(corners: ArrayLike, name: str, refuse: type[InputError]) -> Array:
     if len(points) > 1 and (points[0] == points[-1]).all():
         points = points[:-1]
     return points
-
-
-def _polygon(points: Array, name: str, refuse: type[InputError]) -> shapely.Polygon:
-    if len(points) < 3:
-        raise refuse(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
-    x, y = (points - points[0]).T
-    if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0.0:
-        points = points[::-1]
-    shape = shapely.Polygon(points)
-    if not shape.is_valid:
-        raise refuse(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
-    return shape
 
 
 def outline_at(corners: ArrayLike, frame: Pose2) -> Array:
@@ -153,7 +144,7 @@ def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     return shapely.LineString(np.column_stack([at.x, at.y]))
 
 
-def split_outline(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
+def split_outline(part: PathPart, polygon: shapely.Polygon) -> tuple[Array, Array]:
     """Return the outline as polylines (k, 2) of the left and of the right side of the vehicle [m].
 
     It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way
@@ -177,11 +168,11 @@ def narrowest_in(part: PathPart, polygon: shapely.Polygon) -> tuple[float, float
     beside = [part.project(float(x), float(y)) for x, y in corners]
     theta = np.unique(np.concatenate((part.places(_SPACING), part.knots, beside)))
     at = part.reference(theta)
-    width = sum(
-        _ray_lengths(polygon.exterior, at.x, at.y, at.phi + side * np.pi / 2.0) for side in (-1.0, 1.0)
+    right, left = (
+        _ray_lengths(polygon.exterior, at.x, at.y, at.phi + a) for a in (-np.pi / 2.0, np.pi / 2.0)
     )
-    i = int(np.argmin(width))
-    return float(np.asarray(width)[i]), float(theta[i])
+    i = int(np.argmin(right + left))
+    return float((right + left)[i]), float(theta[i])
 
 
 def _ray_lengths(outline: shapely.LinearRing, x: Array, y: Array, angle: Array) -> Array:
@@ -191,9 +182,7 @@ def _ray_lengths(outline: shapely.LinearRing, x: Array, y: Array, angle: Array) 
     start = np.column_stack([x, y])
     end = start + far * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = shapely.linestrings(np.stack([start, end], axis=1))
-    return np.asarray(
-        shapely.distance(shapely.points(start), shapely.intersection(rays, outline)), dtype=np.float64
-    )
+    return np.asarray(shapely.distance(shapely.points(start), shapely.intersection(rays, outline)))
 
 
 def _hit(outline: shapely.LinearRing, x: float, y: float, phi: float, way: int) -> float:
@@ -203,7 +192,7 @@ def _hit(outline: shapely.LinearRing, x: float, y: float, phi: float, way: int) 
     return float(outline.project(shapely.Point(x + length * np.cos(angle), y + length * np.sin(angle))))
 
 
-def _between(outline: shapely.LinearRing, start: float, end: float) -> list[Array]:
+def _between(outline: shapely.LinearRing, start: float, end: float) -> Array:
     """The outline from one position on it to another, in its own sense."""
     corners = shapely.get_coordinates(outline)
     at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))))
@@ -211,7 +200,5 @@ def _between(outline: shapely.LinearRing, start: float, end: float) -> list[Arra
         end += at[-1]
     corners, at = np.concatenate((corners, corners[1:])), np.concatenate((at, at[-1] + at[1:]))
     inner = (at > start) & (at < end)
-    ends = np.array(
-        [[np.interp(p, at, corners[:, 0]), np.interp(p, at, corners[:, 1])] for p in (start, end)]
-    )
-    return [np.concatenate((ends[:1], corners[inner], ends[1:]))]
+    first, last = np.column_stack([np.interp((start, end), at, corners[:, axis]) for axis in (0, 1)])
+    return np.vstack([first, corners[inner], last])

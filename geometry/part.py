@@ -39,8 +39,7 @@ class PathReference:
     """Path poses at n arc lengths.
 
     Attributes:
-        x: (n,) position [m].
-        y: (n,) position [m].
+        x, y: (n,) position [m].
         phi: (n,) heading of the vehicle, continuous over the whole route, not wrapped [rad].
         slope: (n,) dphi/dtheta = d kappa [rad/m].
     """
@@ -114,9 +113,8 @@ class PathPart(Admitted, error=PathError):
         Equations (1), (2) of this module.
         """
         theta = to_floats(theta).reshape(-1)
-        found = np.empty((4, theta.size))
+        x, y, phi, slope = found = np.empty((4, theta.size))
         _reference(*self._arrays, theta, found)
-        x, y, phi, slope = found
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     @door(late=True)
@@ -170,11 +168,11 @@ class PathPart(Admitted, error=PathError):
                 raise InputError(f"{name} = {value}: a projection needs finite numbers.")
         if reach < 0.0:
             raise InputError(f"reach = {reach}: must be >= 0 m.")
-        low, high = start, end = self.start, self.end
+        low, high = self.start, self.end
         if near is not None:
-            low, high = min(max(near - reach, start), end), min(max(near + reach, start), end)
-        wanted = 0.0 if heading is None else float(heading)
-        return _closest(float(x), float(y), *self._arrays, low, high, heading is not None, wanted)
+            low, high = (min(max(each, low), high) for each in (near - reach, near + reach))
+        wants, wanted = heading is not None, float(heading or 0.0)
+        return _closest(float(x), float(y), *self._arrays, low, high, wants, wanted)
 
     @property
     def _arrays(self) -> tuple[Array, Array, Array, Array, Array, float]:
@@ -250,13 +248,8 @@ def _closest(
         theta - theta_0 = atan2(k u, 1 - k w)/k,          u on a straight,                             (3)
 
     the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be
-    closest and, if a heading is wanted, the two places where the heading is 90 deg off. Of equals the first
-    wins.
-
-    Args:
-        knots, curvatures, begin_x, begin_y, heading, direction: of a `PathPart`.
-        wants: whether the path must have a heading within 90 deg of the `wanted` one [rad]; ignored if it has
-            that nowhere.
+    closest and, if a heading within 90 deg of the `wanted` one [rad] is, the two places where it is 90 deg
+    off. Of equals the first wins.
     """
     best_square, best_theta, any_square, any_theta = inf, lowest, inf, lowest
     for i in range(_piece_at(knots, lowest), len(curvatures)):

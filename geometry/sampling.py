@@ -21,11 +21,7 @@ MOST = 1_000_000
 def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError] = InputError) -> Index:
     """Return the number of steps (n,), at least 1 each, of at most `spacing` [m] along lengths (n,) [m].
 
-    Args:
-        lengths, spacing: see above; what: is as long as that, for the message; refuse: the error to raise.
-
-    Raises:
-        InputError: of the class `refuse`, if they are more than MOST together, or the spacing is not > 0.
+    Raises `refuse` if `what` has more than MOST together, or the spacing is not > 0.
     """
     if not spacing > 0.0:
         raise refuse(f"spacing = {spacing}: must be > 0 m.")
@@ -52,11 +48,8 @@ def number_steps(counts: Index) -> tuple[Index, Index]:
 
 
 def thin_out(line: Complex) -> Complex:
-    """Drop points that repeat the one before, and of a line of far too many those that it runs straight past.
-
-    Every sample is looked at again and again: what is drawn or scanned a point a millimetre is not seen
-    better for it.
-    """
+    """Drop points that repeat the one before, and of a line of far too many, as a scan has them, those that
+    it runs straight past."""
     # In blocks: what a route of many kilometres takes meanwhile stays small.
     blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
     kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])

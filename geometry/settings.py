@@ -126,7 +126,9 @@ def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
         table = owner.former.items() if issubclass(owner, Settings) else ()
         if former := next((now for old, now in table if name in old.split()), ""):
             return f"{field} is not a setting any more, but {former}"
-        return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
+        groups = [group for group, inner in _groups(cls) if name in inner.model_fields]
+        meant = f"; did you mean '{groups[0]}.{name}'?" if groups else did_you_mean(name, owner.model_fields)
+        return f"{field} is not a setting{meant}"
     unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""
     shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"
     said = item["msg"].removeprefix("Value error, ")
@@ -148,11 +150,6 @@ def _group(cls: type[BaseModel], name: str) -> type[BaseModel] | None:
     field = cls.model_fields.get(name)
     kind = None if field is None else field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
-
-
-def _elsewhere(name: str, cls: type[BaseModel]) -> str:
-    groups = [group for group, inner in _groups(cls) if name in inner.model_fields]
-    return f"; did you mean '{groups[0]}.{name}'?" if groups else ""
 
 
 def _groups(cls: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[BaseModel]]]:

@@ -8,18 +8,16 @@ All is computed in the frame of the body: numbers stay small wherever in the wor
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Index, all_finite
+from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
-from geometry.errors import InputError
+from geometry.doors import to_rows
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
@@ -28,21 +26,55 @@ _LONG = 8.0  # mean lengths of a shape that a cell is long
 
 
 @record
-class BodyShape(NamedTuple):
-    """A body as kernels take it, see `Body`."""
+class Body(NamedTuple):
+    """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
+
+    Attributes:
+        corners: (k, 2) of all pieces [m]; starts: (pieces + 1,) where each begins.
+        middle, half: (2,) of its bounding box [m].
+    """
 
     corners: Array2
     starts: Index1
     middle: Array1
     half: Array1
 
+    @classmethod
+    def of(cls, *pieces: ArrayLike) -> Body:
+        """Build from convex pieces (m_i, 2), counter-clockwise [m]."""
+        rings = [np.array(piece, dtype=np.float64).reshape(-1, 2) for piece in pieces]
+        corners = np.concatenate(rings)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return cls(*map(read_only, (corners, _starts(rings), 0.5 * (low + high), 0.5 * (high - low))))
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces."""
+        return len(self.starts) - 1
+
+    def trailing(self, direction: int) -> Array:
+        """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
+        ahead = direction * self.corners[:, 0]
+        return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
+
 
 @record
-class SolidShapes(NamedTuple):
-    """A grid of shapes as kernels take it, see `ShapeGrid`; whose each is does not matter."""
+class ShapeGrid(NamedTuple):
+    """Convex shapes, each of one of several owners.
+
+    Attributes:
+        corners: (k, 2) of all shapes [m]; starts: (shapes + 1,) where each begins.
+        owner: (shapes,) whose each is; owners: number of owners.
+        circles: (shapes, 3) bounding circles x, y, radius [m].
+        origin: (2,) of the grid [m]; cell: length of its cells [m]; counts: (2,) of them along x and y.
+        begins: (cells + 1,) where the shapes of each cell begin in `members`.
+        largest: most corners of a shape.
+    """
 
     corners: Array2
     starts: Index1
+    owner: Index1
+    owners: int
     circles: Array2
     origin: Array1
     cell: float
@@ -51,75 +83,8 @@ class SolidShapes(NamedTuple):
     members: Index1
     largest: int
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Body:
-    """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
-
-    Attributes:
-        corners: (k, 2) of all pieces [m]; starts: (pieces + 1,) where each begins.
-        middle, half: (2,) of its bounding box [m].
-    """
-
-    corners: Array
-    starts: Index
-    middle: Array
-    half: Array
-
-    @property
-    def pieces(self) -> int:
-        """So many pieces it has."""
-        return len(self.starts) - 1
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "shape"}
-
-    @cached_property
-    def shape(self) -> BodyShape:
-        """The same as kernels take it."""
-        return BodyShape(*map(_read_only, (self.corners, self.starts, self.middle, self.half)))
-
-    def trailing(self, direction: int) -> Array:
-        """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
-        ahead = direction * self.corners[:, 0]
-        return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
-
     @classmethod
-    def of(cls, *pieces: ArrayLike) -> Body:
-        """Build from convex pieces (m_i, 2), counter-clockwise [m]."""
-        rings = [np.array(piece, dtype=np.float64).reshape(-1, 2) for piece in pieces]
-        corners, starts = np.concatenate(rings), _starts(rings)
-        low, high = _box(rings)
-        return cls(corners=corners, starts=starts, middle=0.5 * (low + high), half=0.5 * (high - low))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ShapeGrid:
-    """Convex shapes, each of one of several owners.
-
-    Attributes:
-        corners: (k, 2) of all shapes [m]; starts: (shapes + 1,) where each begins.
-        owner: (shapes,) whose each is; owners: so many there are.
-        circles: (shapes, 3) bounding circles x, y, radius [m].
-        origin: (2,) of the grid [m]; cell: length of its cells [m]; counts: (2,) of them along x and y.
-        begins: (cells + 1,) where the shapes of each cell begin in `members`.
-        largest: so many corners a shape has at most.
-    """
-
-    corners: Array
-    starts: Index
-    owner: Index
-    owners: int
-    circles: Array
-    origin: Array
-    cell: float
-    counts: Index
-    begins: Index
-    members: Index
-    largest: int
-
-    @classmethod
-    def of_shapes(cls, shapes: Sequence[Array], owner: ArrayLike, owners: int) -> ShapeGrid:
+    def of_shapes(cls, shapes: Sequence[Array], owner: ArrayLike = 0, owners: int = 1) -> ShapeGrid:
         """Build from convex shapes (m_i, 2), see geometry.convex [m], and whose each is, below `owners`.
 
         Many shapes of m corners may come as one array (k, m, 2).
@@ -134,17 +99,17 @@ class ShapeGrid:
         """Build from the polylines (m_i, 2), m_i >= 1 [m], of each owner; their segments are the shapes."""
         lines = [line for each in owned for line in each]
         longer = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in lines]
-        ends = [np.stack((line[:-1], line[1:]), axis=1).reshape(-1, 2) for line in longer]
-        corners = np.concatenate([np.zeros((0, 2)), *ends])
-        starts = 2 * np.arange(len(corners) // 2 + 1)
+        ends = [np.stack((line[:-1], line[1:]), axis=1) for line in longer]
         owner = np.repeat(np.arange(len(owned)), [len(each) for each in owned])
-        return cls._of(corners, starts, np.repeat(owner, [len(line) - 1 for line in longer]), len(owned))
+        return cls.of_shapes(ends, np.repeat(owner, [len(each) for each in ends]), len(owned))
 
     @classmethod
     def _of(cls, corners: Array, starts: Index, owner: Index, owners: int) -> ShapeGrid:
         circles = np.empty((len(owner), 3))
         _bound(corners, starts, circles)
-        low, high = _box([corners])
+        low, high = np.zeros(2), np.zeros(2)
+        if len(corners):
+            low, high = corners.min(axis=0), corners.max(axis=0)
         size, most = high - low, _CELLS * len(owner) + 64
         mean = 2.0 * float(circles[:, 2].mean()) if len(owner) else 0.0
         cell = max(_LONG * mean, float(np.sqrt(size[0] * size[1] / most)), float(size.max()) / most) or 1.0
@@ -154,36 +119,24 @@ class ShapeGrid:
         begins = np.concatenate(([0], np.cumsum(inside)))
         members = np.empty(begins[-1], dtype=np.int64)
         _enter(corners, starts, low, cell, counts, begins[:-1].copy(), members)
-        for each in (corners, starts, owner, circles, low, counts, begins, members):
-            each.setflags(write=False)
-        return cls(
-            corners=corners,
-            starts=starts,
-            owner=owner,
-            owners=owners,
-            circles=circles,
-            origin=low,
-            cell=cell,
-            counts=counts,
-            begins=begins,
-            members=members,
-            largest=int(np.diff(starts).max(initial=1)),
-        )
+        largest = int(np.diff(starts).max(initial=1))
+        grid = (corners, starts, owner, owners, circles, low, cell, counts, begins, members, largest)
+        return cls(*map(read_only, grid))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ShapeGrid._of, (self.corners, self.starts, self.owner, self.owners)
 
     def with_shapes(self, more: Sequence[Array]) -> ShapeGrid:
         """Return a grid with more convex shapes (m_i, 2) [m], of the first owner."""
         corners = np.concatenate([self.corners, *more])
         starts = np.concatenate((self.starts, self.starts[-1] + _starts(more)[1:]))
-        owner = np.pad(self.owner, (0, len(more)))
-        return ShapeGrid._of(corners, starts, owner, self.owners)
+        return ShapeGrid._of(corners, starts, np.pad(self.owner, (0, len(more))), self.owners)
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "solid"}
-
-    @cached_property
-    def solid(self) -> SolidShapes:
-        """The same as kernels take it."""
-        return SolidShapes(*(_read_only(getattr(self, name)) for name in SolidShapes._fields))
+    def moved(self, by: Array) -> ShapeGrid:
+        """Return the same shapes, in the same cells, moved by (2,) [m]."""
+        circles = self.circles + np.array([by[0], by[1], 0.0])
+        corners, origin = self.corners + by, self.origin + by
+        return self._replace(corners=read_only(corners), circles=read_only(circles), origin=read_only(origin))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
         """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
@@ -191,7 +144,7 @@ class ShapeGrid:
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
         found = np.zeros(len(points))
-        _beyond(points, self.solid, within, found)
+        _beyond(points, self, within, found)
         return found
 
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -202,33 +155,18 @@ class ShapeGrid:
         Raises:
             InputError: wrong shape, or poses that are not finite.
         """
-        poses = checked_poses(poses)
-        found = np.empty((len(poses), self.owners))
-        _signed_distances(body.shape, poses, self.solid, self.owner, within, found)
+        poses = to_rows(poses, 3, "poses")
+        found = np.full((len(poses), self.owners), within)
+        _signed_distances(body, poses, self, found)
+        found[found >= within] = inf
         return found
 
 
-def checked_poses(poses: Array) -> Array:
-    """Return poses (n, 3) as a kernel takes them.
-
-    Raises:
-        InputError: wrong shape, or numbers that are not finite.
-    """
-    poses = np.ascontiguousarray(poses, dtype=np.float64)
-    if poses.ndim != 2 or poses.shape[1] != 3:
-        raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-    if not all_finite(poses):
-        raise InputError("poses must be finite numbers.")
-    return poses
-
-
-def _read_only(value: Any) -> Any:
-    """A view of an array as kernels take it; a number itself. A pickled array comes back writable."""
-    if not isinstance(value, np.ndarray):
-        return value
-    view = value.view()
-    view.setflags(write=False)
-    return view
+def read_only(value: Any) -> Any:
+    """Lock an array, as kernels take it; a number is returned as it is."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    return value
 
 
 def _starts(shapes: Sequence[Array]) -> Index:
@@ -237,11 +175,7 @@ def _starts(shapes: Sequence[Array]) -> Index:
     return np.concatenate(([0], np.cumsum(np.repeat(sizes, times))))
 
 
-def _box(rings: Sequence[Array]) -> tuple[Array, Array]:
-    """The corners (2,), (2,) of the box around all of these."""
-    points = np.concatenate(rings)
-    points = points if len(points) else np.zeros((1, 2))
-    return points.min(axis=0), points.max(axis=0)
+POINT = Body.of([(0.0, 0.0)])
 
 
 @kernel
@@ -276,13 +210,11 @@ def _enter(
         low, high = corners[first, 1], corners[first, 1]
         for k in range(first + 1, stop):
             low, high = min(low, corners[k, 1]), max(high, corners[k, 1])
-        for row in range(
-            cell_at(low, origin[1], cell, counts[1]), cell_at(high, origin[1], cell, counts[1]) + 1
-        ):
+        last_row = cell_at(high, origin[1], cell, counts[1])
+        for row in range(cell_at(low, origin[1], cell, counts[1]), last_row + 1):
             left, right = _span(corners, first, stop, origin[1] + row * cell, cell)
-            for column in range(
-                cell_at(left, origin[0], cell, counts[0]), cell_at(right, origin[0], cell, counts[0]) + 1
-            ):
+            last_column = cell_at(right, origin[0], cell, counts[0])
+            for column in range(cell_at(left, origin[0], cell, counts[0]), last_column + 1):
                 at = row * counts[0] + column
                 if len(members) > 0:
                     members[begins[at]] = i
@@ -297,11 +229,11 @@ def cell_at(x: float, origin: float, cell: float, count: int) -> int:
 
 @inner
 def cells_around(
-    x: float, y: float, c: float, s: float, body: BodyShape, solid: SolidShapes, within: float
+    x: float, y: float, c: float, s: float, body: Body, grid: ShapeGrid, within: float
 ) -> tuple[int, int, int, int]:
     """First and last row, first and last column of the cells within reach of a body at x, y, its heading
     given by c and s."""
-    middle, half, origin, cell, counts = body.middle, body.half, solid.origin, solid.cell, solid.counts
+    middle, half, origin, cell, counts = body.middle, body.half, grid.origin, grid.cell, grid.counts
     at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
     reach_x = abs(c) * half[0] + abs(s) * half[1] + within
     reach_y = abs(s) * half[0] + abs(c) * half[1] + within
@@ -336,71 +268,62 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 
 @kernel
-def _signed_distances(
-    body: BodyShape, poses: Array2, solid: SolidShapes, owner: Index1, within: float, found: Out2
-) -> None:
-    shape, witness = np.empty((solid.largest, 2)), np.empty(WITNESS)
+def _signed_distances(body: Body, poses: Array2, grid: ShapeGrid, found: Out2) -> None:
+    if len(grid.owner) == 0:
+        return
+    shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
     for n in range(len(poses)):
-        for j in range(len(found[n])):
-            found[n, j] = within
-        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
-        for row in range(first_row, last_row + 1):
-            # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * solid.counts[0] + first_column, row * solid.counts[0] + last_column
-            for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
-                i = solid.members[k]  # once more in a later cell, which does no harm
-                dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-                limit = found[n, owner[i]] + solid.circles[i, 2]
-                if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
-                    continue
-                count, least = solid.starts[i + 1] - solid.starts[i], found[n, owner[i]]
-                in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
-                for piece in range(len(body.starts) - 1):
-                    first, stop = body.starts[piece], body.starts[piece + 1]
-                    distance_between(body.corners, first, stop, shape, 0, count, least, witness)
-                    least = min(least, witness[VALUE])
-                found[n, owner[i]] = least
-        for j in range(len(found[n])):
-            if found[n, j] >= within:
-                found[n, j] = inf
+        approach(body, grid, poses[n, 0], poses[n, 1], poses[n, 2], found[n], shape, witness)
 
 
 @inner
-def clearance_at(
-    body: BodyShape,
-    solid: SolidShapes,
+def approach(
+    body: Body, grid: ShapeGrid, x: float, y: float, phi: float, least: Array, shape: Array, witness: Array
+) -> None:
+    """Lower `least` (owners,) [m] to the signed distances of a body at one pose to what each owner has.
+
+    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in.
+    """
+    c, s = cos(phi), sin(phi)
+    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, least.max())
+    for row in range(first_row, last_row + 1):
+        # What is in neighbouring cells of a row stands in one piece.
+        first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+        for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+            i = grid.members[k]  # once more in a later cell, which does no harm
+            nearest = least[grid.owner[i]]
+            count = seen_from(body, grid, i, x, y, c, s, nearest, shape)
+            if count > 0:
+                for piece in range(len(body.starts) - 1):
+                    first, stop = body.starts[piece], body.starts[piece + 1]
+                    distance_between(body.corners, first, stop, shape, 0, count, nearest, witness)
+                    nearest = min(nearest, witness[VALUE])
+                least[grid.owner[i]] = nearest
+
+
+@inner
+def seen_from(
+    body: Body,
+    grid: ShapeGrid,
+    i: int,
     x: float,
     y: float,
-    phi: float,
+    c: float,
+    s: float,
     within: float,
     shape: Array,
-    witness: Array,
-) -> float:
-    """Signed distance [m] of a body at one pose to the nearest shape, `within` where none is nearer.
-
-    `shape` (largest, 2) and `witness` (7,) are room to work in.
-    """
-    least, c, s = within, cos(phi), sin(phi)
-    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, solid, within)
-    for row in range(first_row, last_row + 1):
-        first_cell = row * solid.counts[0] + first_column
-        last_cell = row * solid.counts[0] + last_column
-        for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
-            i = solid.members[k]  # once more in a later cell, which does no harm
-            dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
-            ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-            limit = least + solid.circles[i, 2]
-            if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
-                continue
-            count = solid.starts[i + 1] - solid.starts[i]
-            in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
-            for piece in range(len(body.starts) - 1):
-                first, stop = body.starts[piece], body.starts[piece + 1]
-                distance_between(body.corners, first, stop, shape, 0, count, least, witness)
-                least = min(least, witness[VALUE])
-    return least
+) -> int:
+    """Find the corners of the i-th shape in the frame of a body: `shape`. Returns how many these are, or 0
+    where its bounding circle is not `within` the body's box."""
+    dx, dy, limit = grid.circles[i, 0] - x, grid.circles[i, 1] - y, within + grid.circles[i, 2]
+    ahead = abs(c * dx + s * dy - body.middle[0]) - body.half[0]
+    aside = abs(c * dy - s * dx - body.middle[1]) - body.half[1]
+    off = max(ahead, aside)  # at most as much as the signed distance to the box, and soon known
+    if off >= limit or hypot(max(ahead, 0.0), max(aside, 0.0)) + min(off, 0.0) >= limit:
+        return 0
+    count: int = grid.starts[i + 1] - grid.starts[i]
+    in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
+    return count
 
 
 @inner
@@ -428,25 +351,9 @@ def is_among(i: int, met: Index, count: int) -> bool:
     return False
 
 
-@inner
-def least_to_box(x: float, y: float, half: Array) -> float:
-    """At most as much as `to_box`, and soon known."""
-    distance: float = max(abs(x) - half[0], abs(y) - half[1])
-    return distance
-
-
-@inner
-def to_box(x: float, y: float, half: Array) -> float:
-    """Signed distance of a point to the box of half lengths `half` around (0, 0)."""
-    dx, dy = abs(x) - half[0], abs(y) - half[1]
-    distance: float = hypot(max(dx, 0.0), max(dy, 0.0)) + min(max(dx, dy), 0.0)
-    return distance
-
-
 @kernel
-def _beyond(points: Array2, solid: SolidShapes, within: float, found: Out1) -> None:
-    corners, circles = solid.corners, solid.circles
-    origin, cell, counts = solid.origin, solid.cell, solid.counts
+def _beyond(points: Array2, grid: ShapeGrid, within: float, found: Out1) -> None:
+    corners, circles, origin, cell, counts = grid.corners, grid.circles, grid.origin, grid.cell, grid.counts
     if len(circles) == 0:
         return
     tied = np.empty(MOST_TIED, np.int64)
@@ -461,19 +368,13 @@ def _beyond(points: Array2, solid: SolidShapes, within: float, found: Out1) -> N
         while searched == 0 or (least > reach and reach < 2.0 * (size + outside_x + outside_y)):
             reach = 2.0 * reach if searched > 0 else reach
             searched += 1
-            for row in range(
-                cell_at(y - reach, origin[1], cell, counts[1]),
-                cell_at(y + reach, origin[1], cell, counts[1]) + 1,
-            ):
+            last_row = cell_at(y + reach, origin[1], cell, counts[1])
+            for row in range(cell_at(y - reach, origin[1], cell, counts[1]), last_row + 1):
                 first_cell = row * counts[0] + cell_at(x - reach, origin[0], cell, counts[0])
                 last_cell = row * counts[0] + cell_at(x + reach, origin[0], cell, counts[0])
-                for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
-                    i = solid.members[k]
-                    dx, dy, far = (
-                        circles[i, 0] - x,
-                        circles[i, 1] - y,
-                        least + circles[i, 2],
-                    )
+                for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+                    i = grid.members[k]
+                    dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
                     if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
                         continue
                     edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]

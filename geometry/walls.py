@@ -1,28 +1,23 @@
-"""What a corridor holds: the walls of its parts, and the obstacles.
+"""The boundaries of one part of a route, as plain lines, and as what bodies are measured against.
 
-`PartLines` and the polygons of obstacles are all that defines them, as plain arrays: to be stored, and to
-build exactly the same corridor from. The arguments of `Corridor.from_offsets` are not enough for that: how a
-folded boundary is trimmed may change from version to version, and the last bits from machine to machine.
+The lines define a corridor, to be stored, and to build exactly the same corridor from. The arguments of
+`Corridor.from_offsets` are not enough for that: how a folded boundary is trimmed may change from version to
+version, and the last bits from machine to machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
-from geometry.clearance import Segments
-from geometry.doors import Admitted
+from geometry.doors import Admitted, admit
 from geometry.errors import CorridorError
-from geometry.outline import checked_shape, convex_pieces, corners_of
 from geometry.sampling import as_complex, as_pairs, thin_out
-from geometry.shape_grid import ShapeGrid
+from geometry.shape_grid import ShapeGrid, read_only
 
 PIECE = 500  # points that are simplified together
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
@@ -34,109 +29,48 @@ BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but be
 class PartLines(Admitted, error=CorridorError):
     """The boundaries of one part of a route.
 
+    Of their points those that repeat the one before are left out, and of far too many those that a line runs
+    straight past.
+
     Attributes:
         left, right: polylines (k, 2), each with its allowed side on the left [m].
         joined: one of each, and either begins where the other ends.
         narrowest: smallest width [m] and its theta [m].
+        grid: the segments of both, as of one owner, within FINE of them; smooth: within SMOOTH, with fewer
+            segments, of either side.
     """
 
     left: tuple[Array, ...]
     right: tuple[Array, ...]
     joined: bool
     narrowest: tuple[float, float]
+    grid: ShapeGrid = field(init=False)
+    smooth: ShapeGrid = field(init=False)
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PartWalls:
-    """The boundaries of one part of a route, ready to be measured against.
-
-    Attributes:
-        lines: the boundaries.
-        grid: the segments of both, as of one owner, within FINE of them; smooth: within SMOOTH, with fewer
-            segments, of either side.
-    """
-
-    lines: PartLines
-    grid: ShapeGrid
-    smooth: ShapeGrid
-
-    @classmethod
-    def of(cls, given: PartLines) -> PartWalls:
-        """Build from lines of at least one point each.
-
-        Of their points those that repeat the one before are left out, and of far too many those that a line
-        runs straight past.
-        """
-        left, right = (
-            tuple(as_pairs(thin_out(as_complex(line))) for line in side) for side in (given.left, given.right)
-        )
-        for line in (*left, *right):
-            line.setflags(write=False)
-        return cls(
-            lines=replace(given, left=left, right=right),
-            grid=ShapeGrid.of_lines([simplified(line, FINE) for line in (*left, *right)]),
-            smooth=ShapeGrid.of_lines(
-                *([simplified(line, SMOOTH) for line in side] for side in (left, right))
-            ),
-        )
+    def __post_init__(self) -> None:
+        admit(self)
+        for side in ("left", "right"):
+            lines = (read_only(as_pairs(thin_out(as_complex(line)))) for line in getattr(self, side))
+            object.__setattr__(self, side, tuple(lines))
+        grid = ShapeGrid.of_lines([simplified(line, FINE) for line in self.both])
+        object.__setattr__(self, "grid", grid)
+        smooth = ([simplified(line, SMOOTH) for line in side] for side in (self.left, self.right))
+        object.__setattr__(self, "smooth", ShapeGrid.of_lines(*smooth))
 
     @property
     def both(self) -> tuple[Array, ...]:
         """The polylines of both sides."""
-        return self.lines.left + self.lines.right
+        return self.left + self.right
 
     @property
     def is_open(self) -> bool:
         """Whether one of them has ends, so that what is beyond them need not be outside."""
-        return not self.lines.joined and bool(self.both)
-
-    @cached_property
-    def segments(self) -> Segments:
-        """Those of both, as the metrics measure with them."""
-        return Segments.of(self.both)
+        return not self.joined and bool(self.both)
 
     def beyond(self, points: Array) -> Array:
         """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND
         beyond one with open ends."""
         return self.grid.beyond(points, BEHIND if self.is_open else inf)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Obstacles:
-    """Polygons, lines and points to be kept out of: corners (m, 2) each [m], their shapes, and a grid of the
-    convex pieces of each."""
-
-    corners: tuple[Array, ...]
-    shapes: NDArray[np.object_]
-    grid: ShapeGrid
-
-    @classmethod
-    def from_polygons(cls, polygons: Sequence[ArrayLike]) -> Obstacles:
-        """Check polygons and build.
-
-        Raises:
-            CorridorError: no corner, numbers that are not finite, or an outline that crosses itself.
-        """
-        shapes = [checked_shape(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
-        corners = [corners_of(shape) for shape in shapes]
-        # From the second corner on; to_polygons gives them as they came.
-        corners = [np.roll(ring, -1, axis=0) if len(ring) > 2 else ring for ring in corners]
-        for ring in corners:
-            ring.setflags(write=False)
-        pieces = [convex_pieces(shape) for shape in shapes]
-        return cls(
-            corners=tuple(corners),
-            shapes=np.array(shapes, dtype=np.object_),
-            grid=ShapeGrid.of_shapes(
-                [piece for each in pieces for piece in each],
-                np.repeat(np.arange(len(shapes)), [len(each) for each in pieces]),
-                len(shapes),
-            ),
-        )
-
-    def to_polygons(self) -> tuple[Array, ...]:
-        """Return what `from_polygons` builds the same from."""
-        return tuple(corners_of(shape) for shape in self.shapes)
 
 
 def simplified(line: Array, most: float) -> Array:
@@ -147,7 +81,5 @@ def simplified(line: Array, most: float) -> Array:
     if len(line) <= 2:
         return line
     pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
-    found = [
-        shapely.get_coordinates(each) for each in shapely.simplify(pieces, most, preserve_topology=False)
-    ]
-    return np.concatenate([*(each[:-1] for each in found), found[-1][-1:]])
+    found = map(shapely.get_coordinates, shapely.simplify(pieces, most, preserve_topology=False))
+    return np.concatenate([*(each[:-1] for each in found), line[-1:]])

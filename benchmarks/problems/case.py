@@ -15,11 +15,11 @@ from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scene_scenario import kind_of, scenario_of
 from benchmarks.problems.scenes import drawn_scene, kind_of_number
 from rti_mpcc.errors import InputError
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.campaign import MOST
 from rti_mpcc.simulation.campaign_row import Drawn
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
 
 DIGITS = 6
 """Of what is computed from the rounded numbers of a course."""
@@ -127,7 +127,7 @@ def scene_figures(scenario: Scenario) -> dict[str, Any]:
     assert area is not None
     start, goal = scenario.start_pose(), scenario.goal_pose()
     poses = np.array([(pose.x, pose.y, pose.phi) for pose in (start, goal)])
-    room = area_clearance(scenario.build_area(), poses, vehicle)
+    room = scenario.build_area().signed_distances(body_of(vehicle), poses)
     return {
         "kind": kind_of(scenario),
         "wheelbase_m": vehicle.wheelbase,

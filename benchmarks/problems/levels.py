@@ -17,9 +17,9 @@ import numpy as np
 from benchmarks.problems.scenes import SLOT_CLEARANCE
 from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
 
 DETECTION = {
     "position_std": (0.02, 0.08),
@@ -149,7 +149,7 @@ def _has_room(scenario: Scenario) -> bool:
 def _room(scenario: Scenario, pose: Pose2) -> float:
     """Clearance of the body at a pose in its area [m]."""
     poses = np.array([[pose.x, pose.y, pose.phi]])
-    return float(area_clearance(scenario.build_area(), poses, scenario.vehicle)[0])
+    return float(scenario.build_area().signed_distances(body_of(scenario.vehicle), poses)[0])
 
 
 def _number(random: np.random.Generator, low: float, high: float) -> float:

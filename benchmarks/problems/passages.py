@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.problems.quintics import driven, quintics
 from geometry import Corridor, PathPart, wrap
+from geometry.outline import shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.types import Array, Index
@@ -53,15 +54,16 @@ class Room:
         rows = motion.reshape(-1, motion.shape[-1])
         if len(rows) == 0:
             return np.zeros(motion.shape[:-1], dtype=np.bool_)
-        bodies, walls = body_polygons(rows, self.vehicle), self.corridor.walls[self.index].segments
+        bodies, walls = body_polygons(rows, self.vehicle), self.corridor.walls[self.index]
+        lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
         hit, shapes = np.zeros(len(rows), dtype=np.bool_), shapely.polygons(bodies)
-        for thing in (walls.lines, *self.corridor.kept_out.shapes):
+        for thing in (lines, *map(shape_of, self.corridor.obstacles)):
             shapely.prepare(thing)
             hit |= shapely.dwithin(thing, shapes, CLEARANCE)
         # One corner answers for most bodies that touch nothing.
         asked = np.flatnonzero(~hit)
-        asked = asked[walls.beyond(bodies[asked, 0]) > 0.0]
-        beyond = walls.beyond(bodies[asked].reshape(-1, 2)) > 0.0
+        asked = asked[walls.grid.beyond(bodies[asked, 0]) > 0.0]
+        beyond = walls.grid.beyond(bodies[asked].reshape(-1, 2)) > 0.0
         hit[asked[beyond.reshape(bodies[asked].shape[:2]).all(axis=1)]] = True
         return np.asarray(~hit).reshape(motion.shape[:-1])
 

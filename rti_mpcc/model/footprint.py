@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry import Corridor
 from geometry.outline import checked_polygon, convex_pieces, merge_convex
-from geometry.shape_grid import Body
+from geometry.shape_grid import Body, read_only
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
@@ -39,12 +39,9 @@ def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
     for k in range(pieces):
         begin, end = low + length * k / pieces, low + length * (k + 1) / pieces
         corners += [(begin, -half), (end, -half), (end, half), (begin, half)]
-    return Body(
-        corners=np.array(corners),
-        starts=np.arange(0, 4 * pieces + 1, 4),
-        middle=np.array((low + 0.5 * length, 0.0)),
-        half=np.array((0.5 * length, half)),
-    )
+    middle, size = (low + 0.5 * length, 0.0), (0.5 * length, half)
+    arrays = (np.array(corners), np.arange(0, 4 * pieces + 1, 4), np.array(middle), np.array(size))
+    return Body(*map(read_only, arrays))
 
 
 def clearances(

@@ -17,6 +17,7 @@ import numpy as np
 from geometry import Corridor, PathPart
 from geometry.compiled import Array4, Out1, inner, kernel
 from geometry.contacts import ACROSS, ALONG, APART
+from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.model.footprint import PIECES, body_of
@@ -121,7 +122,9 @@ def with_obstacles(
     left: Array = room.walls
     if corridor.obstacles:
         at = part.reference(room.theta)
-        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), OBSTACLE_REACH)
+        poses = np.column_stack([at.x, at.y, at.phi])
+        apart = corridor.kept_out.signed_distances(POINT, poses, OBSTACLE_REACH)
+        near = np.flatnonzero((apart < OBSTACLE_REACH).any(axis=1))
         beside = _room(part, corridor, index, room.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
         fits = beside >= 0.0

@@ -73,7 +73,7 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
 def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: ControllerConfig) -> bool:
     """Whether any of convex shapes (m_i, 2) [m] is within a body's length of the line between two poses."""
     line = Body.of([(0.0, 0.0), (goal.x - start.x, goal.y - start.y)])
-    grid = ShapeGrid.of_shapes(shapes, np.zeros(len(shapes)), 1)
+    grid = ShapeGrid.of_shapes(shapes)
     within = config.vehicle.front + config.vehicle.rear
     return bool(grid.signed_distances(line, np.array([(start.x, start.y, 0.0)]), within)[0, 0] < within)
 

@@ -16,11 +16,10 @@ from cattrs.preconf.json import make_converter
 from cattrs.strategies import configure_tagged_union
 from numpy.typing import ArrayLike
 
-from geometry import Area, PartLines, Pose2
+from geometry import Area, Pose2
 from geometry.files import from_json
 from geometry.pose import unchecked_pose
 from geometry.settings import Settings
-from geometry.walls import Obstacles, PartWalls
 from rti_mpcc.errors import InputError
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.steps import AnyStep, Signal
@@ -125,16 +124,6 @@ for _fits, _to, _back in (
         lambda kind: kind is Area,
         lambda area: to_data({"boundary": area.boundary, "obstacles": area.obstacles}),
         lambda data, _: Area(**data),
-    ),
-    (
-        lambda kind: kind is PartWalls,
-        lambda walls: to_data(walls.lines),
-        lambda data, _: PartWalls.of(structured(data, PartLines)),
-    ),
-    (
-        lambda kind: kind is Obstacles,
-        lambda obstacles: to_data(obstacles.to_polygons()),
-        lambda data, _: Obstacles.from_polygons(structured(data, tuple[Array, ...])),
     ),
 ):
     _converter.register_unstructure_hook_func(_fits, _to)

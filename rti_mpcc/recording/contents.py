@@ -23,7 +23,7 @@ from rti_mpcc.version import Machine
 T = TypeVar("T")
 
 FORMAT = "rti-mpcc recording"
-VERSION = 6
+VERSION = 7
 """Of the format; grows with every change that older or newer programs could not read."""
 CHANGED = "its line was changed after it was recorded"
 

@@ -14,13 +14,12 @@ from matplotlib.figure import Figure
 from geometry import Area
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import BESIDE, entries_once, grid, plane, save
 from rti_mpcc.report.files import write_csv, write_json
 from rti_mpcc.report.ground import draw_area, draw_bodies, draw_heading, show_driven
 from rti_mpcc.report.numbers import counted
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.types import Array, Index
 
 RouteRows = dict[str, Array]
@@ -71,7 +70,7 @@ def write_plan(
 ) -> tuple[dict[str, Any], list[Path]]:
     """Write the files of a search into a folder; returns plan.json and the paths. Raises OSError."""
     found, poses = manoeuvre.found, _poses(route_rows(manoeuvre, FINE))
-    clearance = area_clearance(area, poses, config.vehicle)
+    clearance = area.signed_distances(body_of(config.vehicle), poses)
     figures = {
         "found": found,
         "seconds": manoeuvre.seconds,
@@ -166,7 +165,7 @@ def _draw_curvature(axes: Axes, manoeuvre: Manoeuvre, rows: RouteRows, limit: fl
 
 
 def _draw_clearance(axes: Axes, rows: RouteRows, area: Area, config: ControllerConfig) -> None:
-    clearance = area_clearance(area, _poses(rows), config.vehicle)
+    clearance = area.signed_distances(body_of(config.vehicle), _poses(rows))
     axes.plot(rows["s"], clearance, color=style.BLACK, linewidth=1.2, label="clearance")
     margin, least = config.clearance.on_routes, config.clearance.least
     most = min(float(np.max(clearance)), _MOST_SHOWN)

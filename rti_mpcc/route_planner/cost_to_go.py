@@ -14,11 +14,10 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
-from geometry.shape_grid import Body, ShapeGrid
+from geometry.shape_grid import POINT, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.route_planner.tree import pop, push
 
-_AXLE = Body.of([(0.0, 0.0)])
 _SLICE = 4096  # places that are checked at a time
 _POPS = 16384  # cells that are taken from the heap at a time
 
@@ -49,7 +48,7 @@ def axle_clearances(
     clear = np.empty(rows * columns)
     for first in range(0, len(points), _SLICE):
         some = slice(first, first + _SLICE)
-        clear[some] = solid.signed_distances(_AXLE, points[some], reach)[:, 0]
+        clear[some] = solid.signed_distances(POINT, points[some], reach)[:, 0]
         yield
     return np.minimum(clear, reach).reshape(rows, columns)
 

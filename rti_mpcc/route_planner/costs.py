@@ -15,7 +15,7 @@ from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, inner, record
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
-from geometry.shape_grid import BodyShape, SolidShapes, clearance_at
+from geometry.shape_grid import Body, ShapeGrid, approach
 from rti_mpcc.route_planner.arcs import pose_after
 
 NO_LENGTH: Final = 1e-9
@@ -65,14 +65,15 @@ class SearchWorkspace(NamedTuple):
     """A body, all that is solid around it, and buffers to compute in.
 
     Attributes:
-        shape, witness: of clearances.
+        least, shape, witness: of clearances.
         lengths, turns: (WORDS, PIECES) of the curves between two poses, in radii and signs; order: (WORDS,)
             cost of each; curve: (PIECES, 2) signed lengths [m] and curvatures [1/m] of one of them.
         targets, target_costs: (TARGETS,) nodes of the other tree, and the costs of routes through them.
     """
 
-    body: BodyShape
-    solid: SolidShapes
+    body: Body
+    solid: ShapeGrid
+    least: Out1
     shape: Out2
     witness: Out1
     lengths: Out2
@@ -83,11 +84,12 @@ class SearchWorkspace(NamedTuple):
     target_costs: Out1
 
 
-def workspace_of(body: BodyShape, solid: SolidShapes) -> SearchWorkspace:
+def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
     """Buffers for a body among all that is solid."""
     return SearchWorkspace(
         body=body,
         solid=solid,
+        least=np.empty(1),
         shape=np.empty((max(solid.largest, 2), 2)),
         witness=np.empty(WITNESS),
         lengths=np.empty((WORDS, PIECES)),
@@ -102,7 +104,10 @@ def workspace_of(body: BodyShape, solid: SolidShapes) -> SearchWorkspace:
 @inner
 def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: float) -> float:
     """Clearance of the body at a pose, `within` where nothing is nearer [m]."""
-    return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness)
+    work.least[0] = within
+    approach(work.body, work.solid, x, y, phi, work.least, work.shape, work.witness)
+    least: float = work.least[0]
+    return least
 
 
 @inner

@@ -23,7 +23,7 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.reeds_shepp import PIECES
-from geometry.shape_grid import BodyShape, SolidShapes
+from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
@@ -291,8 +291,8 @@ class HybridAStar:
 
     def __init__(
         self,
-        body: BodyShape,
-        solid: SolidShapes,
+        body: Body,
+        solid: ShapeGrid,
         terms: Terms,
         starts: Roots,
         goals: Roots,

@@ -169,12 +169,12 @@ def _searched(
         leaving: (n,) least clearances on the arcs to the starts [m]; None: the search begins at the start.
         spent: the time that the planning took so far [s].
     """
-    settings, (starts, goals), body = problem.config.route, ends, problem.body.shape
+    settings, (starts, goals), body = problem.config.route, ends, problem.body
     nodes, nearest, rejected = 0, inf, ""
     for left, (finer, weight) in zip(range(len(settings.searches))[::-1], settings.searches, strict=True):
         most = settings.nodes // 2 ** (left + 1) if left else settings.nodes - nodes
         searched = terms._replace(finer=finer, weight=weight)
-        search = HybridAStar(body, problem.grid.solid, searched, starts, goals, grids)
+        search = HybridAStar(body, problem.grid, searched, starts, goals, grids)
         yield
         while search.state == SEARCHING and most - search.expanded >= 2 and spent() < settings.seconds:
             search.advance(min(_SLICE, (most - search.expanded) // 2))
@@ -184,7 +184,7 @@ def _searched(
             at, route, last = search.route()
             yield
             rest = problem if leaving is None else replace(problem, start=starts.poses[at])
-            route = yield from shorten(rest.start, route, starts.arcs[at], body, problem.grid.solid, terms)
+            route = yield from shorten(rest.start, route, starts.arcs[at], body, problem.grid, terms)
             driven = yield from make_drivable(rest, route, last, terms.margin)
             if driven.clearance >= problem.least:
                 if leaving is not None:

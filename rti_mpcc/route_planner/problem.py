@@ -89,8 +89,8 @@ class RouteProblem:
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), BOX)
         origin = np.array([start.x, start.y])
         assert around.boundary is not None
-        last = _moved(around.grid, -origin)
-        grid = _moved(around.with_obstacles(keep_out).grid, -origin) if keep_out else last
+        last = around.grid.moved(-origin)
+        grid = around.with_obstacles(keep_out).grid.moved(-origin) if keep_out else last
         problem = cls(
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
@@ -230,12 +230,3 @@ def _last_pose(apart: Array, least: float, terms: Terms) -> int | None:
     roomy = np.flatnonzero(free >= terms.near)
     last = int(roomy[0]) if len(roomy) else first
     return min(max(last, round(_SHORTEST / CHECK) - 1), len(free) - 1)
-
-
-def _moved(grid: ShapeGrid, by: Array) -> ShapeGrid:
-    """The same shapes elsewhere, by (2,) [m]: in the same cells."""
-    circles = grid.circles + np.array([by[0], by[1], 0.0])
-    corners, origin = grid.corners + by, grid.origin + by
-    for each in (circles, corners, origin):
-        each.setflags(write=False)
-    return replace(grid, corners=corners, circles=circles, origin=origin)

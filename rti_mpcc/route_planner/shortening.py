@@ -15,7 +15,7 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel, record
 from geometry.reeds_shepp import PIECES
-from geometry.shape_grid import BodyShape, SolidShapes
+from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.costs import (
     SearchWorkspace,
@@ -58,7 +58,7 @@ class _Places(NamedTuple):
 
 
 def shorten(
-    start: Array, route: Array, incoming: Array, body: BodyShape, solid: SolidShapes, terms: Terms
+    start: Array, route: Array, incoming: Array, body: Body, solid: ShapeGrid, terms: Terms
 ) -> Generator[None, None, Array]:
     """A route (m, 2) with the same ends that costs no more than `route` (n, 2), slice by slice.
 

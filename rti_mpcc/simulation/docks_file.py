@@ -16,6 +16,7 @@ from estimation import CharucoBoard
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.sections.area import AreaSection
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
@@ -27,7 +28,6 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
 )
 from rti_mpcc.simulation.sections.mission import ApproachSection
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.steps import Dock, DockKind, Straight
 
 SPACING = 0.1
@@ -172,7 +172,7 @@ def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
 
     def depth_in(area: Area, poses: list[Pose2]) -> float:
         rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-        return -float(area_clearance(area, rows, docks.vehicle).min())
+        return -float(area.signed_distances(body_of(docks.vehicle), rows).min())
 
     for place, dock in enumerate(docks.docks.values()):
         pose = dock.pose

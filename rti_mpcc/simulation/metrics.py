@@ -14,7 +14,7 @@ from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, wrap
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_of, clearances
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
@@ -22,15 +22,12 @@ from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
 """Figures of `summary` that differ from run to run."""
 _ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
-_SLICE = 500
-"""Bodies checked in one call: bounds the memory of the exact check."""
 
 
 def summary(result: RunResult) -> dict[str, Any]:
@@ -206,16 +203,13 @@ def body_clearances(result: RunResult) -> Array:
         for index in np.unique(scene[planned]).tolist():
             rows = planned & (scene == index)
             solid = area.with_obstacles(result.obstacles[index][1])
-            distances[rows] = area_clearance(solid, truth.poses[rows], vehicle)
+            distances[rows] = solid.signed_distances(body_of(vehicle), truth.poses[rows])
     if corridor is None or planned.all():
         return distances
-    bodies = body_polygons(truth.poses, vehicle)
     for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
         scenery = corridor.with_obstacles(result.obstacles[index][1])
-        along = np.flatnonzero(~planned & (scene == index) & (truth.part == part))
-        for start in range(0, len(along), _SLICE):
-            some = along[start : start + _SLICE]
-            distances[some] = scenery.clearance(part, bodies[some])
+        rows = ~planned & (scene == index) & (truth.part == part)
+        distances[rows] = clearances(truth.poses[rows], scenery, part, vehicle).min(axis=1)
     return distances
 
 

@@ -16,12 +16,11 @@ import numpy as np
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_of, clearances
 from rti_mpcc.simulation.campaign import MOST
 from rti_mpcc.simulation.campaign_row import Drawn
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
 
 START = GOAL = (0.5, 0.3, radians(5.0))
 """Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `ROOM`."""
@@ -134,9 +133,9 @@ def _room(scenario: Scenario) -> float:
     poses, vehicle = [_rounded(scenario.start_pose())], scenario.vehicle
     if scenario.in_area:
         poses.append(_rounded(scenario.goal_pose()))
-        return float(area_clearance(scenario.build_area(), np.array(poses), vehicle).min())
-    bodies = body_polygons(np.array(poses), vehicle)
-    return float(scenario.build_corridor(scenario.build_path()).clearance(0, bodies)[0])
+        return float(scenario.build_area().signed_distances(body_of(vehicle), np.array(poses)).min())
+    corridor = scenario.build_corridor(scenario.build_path())
+    return float(clearances(np.array(poses), corridor, 0, vehicle).min())
 
 
 def _goal(scenario: Scenario) -> Pose2:

@@ -147,7 +147,6 @@ DOORS: dict[str, Door] = {
     ),
     "Corridor.in_area": door(Corridor.in_area, area=AREA),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
-    "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
     "Corridor.signed_distances": door(
         CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
     ),
@@ -155,10 +154,9 @@ DOORS: dict[str, Door] = {
         CORRIDOR.contacts, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0, outward=1.0
     ),
     "Corridor.beyond": door(CORRIDOR.beyond, part=0, points=np.array(POINTS)),
-    "Corridor.near_obstacles": door(CORRIDOR.near_obstacles, points=np.array(POINTS), within=2.0),
     "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
     "Corridor.lines": door(CORRIDOR.lines, part=0),
-    "Corridor": door(Corridor, walls=CORRIDOR.walls, kept_out=CORRIDOR.kept_out, area=None),
+    "Corridor": door(Corridor, walls=CORRIDOR.walls, obstacles=CORRIDOR.obstacles, area=None),
     "PartLines": door(
         geometry.PartLines,
         left=(np.array(POINTS),),

@@ -69,7 +69,7 @@ def test_distances_are_those_of_shapely(seed: int) -> None:
 def test_without_anything_solid_nothing_is_near() -> None:
     area = Area()
     assert area.boundary is None
-    assert area.obstacles == area.polygons == ()
+    assert area.obstacles == ()
     assert (area.signed_distances(BODY, np.zeros((2, 3))) == inf).all()
 
 
@@ -78,7 +78,7 @@ def test_its_arrays_are_read_only_and_it_cannot_be_changed() -> None:
     area = Area(boundary=corners, obstacles=[BLOCK])
     corners[:] = 0.0
     np.testing.assert_array_equal(area.boundary, BEND)
-    for each in (area.boundary, *area.obstacles, *area.polygons, area.grid.corners):
+    for each in (area.boundary, *area.obstacles, area.grid.corners):
         assert each is not None
         assert not each.flags.writeable
     with pytest.raises(AttributeError):
@@ -113,17 +113,6 @@ def test_a_box_around_all_that_is_given_bounds_it() -> None:
     np.testing.assert_array_equal(
         Area().bounded([(2.0, 3.0)], 1.0).boundary, [(1, 2), (3, 2), (3, 4), (1, 4)]
     )
-
-
-def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
-    sides = [(0, 0, 10, 1), (0, 9, 10, 10), (0, 0, 1, 10), (9, 0, 10, 10), (4, 0, 5, 10), (20, 20, 21, 21)]
-    area = Area(obstacles=[shapely.get_coordinates(shapely.box(*side)) for side in sides])
-    shapes = [shapely.Polygon(ring) for ring in area.polygons]
-    assert len(shapes) < len(sides) + 1
-    assert all(shape.is_valid for shape in shapes)
-    whole = shapely.union_all([shapely.box(*side) for side in sides])
-    assert shapely.union_all(shapes).symmetric_difference(whole).area < 1e-9
-    assert sum(shape.area for shape in shapes) == pytest.approx(whole.area)
 
 
 @pytest.mark.parametrize(

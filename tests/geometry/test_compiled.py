@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from geometry import compiled, kept
+from geometry import compiled
 from geometry.arrays import Array
 from rti_mpcc.cli import main
 from rti_mpcc.kernels import make_ready
@@ -185,14 +185,14 @@ def test_the_directory_is_the_users_alone(
 
 def test_the_directory_is_the_one_for_such_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
-    assert kept.user_directory() == tmp_path / "numba" / "rti-mpcc"
+    assert compiled.user_directory() == tmp_path / "numba" / "rti-mpcc"
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert kept.user_directory() == tmp_path / "cache" / "rti-mpcc"
+    assert compiled.user_directory() == tmp_path / "cache" / "rti-mpcc"
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
-    assert kept.user_directory() == tmp_path / "local" / "rti-mpcc"
+    assert compiled.user_directory() == tmp_path / "local" / "rti-mpcc"
 
 
 def test_without_a_home_directory_nothing_is_kept(

@@ -13,7 +13,7 @@ PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
     ("left", "right", "message"),
     [
         (nan, -1.0, "left = nan"),
-        (-1.0, 1.0, "left = -1.0: must be more than right"),
+        (-1.0, 1.0, "left = -1.0: must be > 0 m"),
         (-1.0, -2.0, "left = -1.0: must be > 0"),
         (2.0, 1.0, "right = 1.0: must be < 0"),
     ],
@@ -34,7 +34,7 @@ def test_bad_offsets_are_refused(left: float, right: float, message: str) -> Non
         (Narrowing(nan, 3.0, left=1.0), r"narrowings\[1\].start = nan"),
         (Narrowing(5.0, 3.0, left=1.0), "must be less than end"),
         (Narrowing(3.0, 5.0, left=nan), r"narrowings\[1\].left = nan"),
-        (Narrowing(3.0, 5.0, left=-6.0), "must be more than right"),
+        (Narrowing(3.0, 5.0, left=-6.0), "must be > 0 m"),
         (Narrowing(3.0, 5.0, left=-0.5), "crosses the path"),
     ],
 )

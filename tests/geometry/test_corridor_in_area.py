@@ -60,16 +60,6 @@ def test_distances_are_to_the_area_and_to_each_obstacle_told() -> None:
             )
 
 
-def test_clearance_counts_the_area_too() -> None:
-    corridor, asked = Corridor.in_area(AREA).with_obstacles([POST]), poses(5)
-    bodies = np.array([placed(CAR, pose) for pose in asked])
-    room = corridor.clearance(0, bodies)
-    apart = corridor.signed_distances(0, BODY, asked).min(axis=1)
-    np.testing.assert_allclose(room[apart > 0.0], apart[apart > 0.0], atol=1e-9)
-    np.testing.assert_array_equal(room <= 0.0, apart <= 0.0)
-    assert 10 < (room <= 0.0).sum() < 90
-
-
 def test_what_is_told_counts_like_what_belongs_to_the_area() -> None:
     asked = poses(7)
     told = contacts(Corridor.in_area(AREA).with_obstacles([POST, CART]), asked)
@@ -105,7 +95,7 @@ def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: f
     own = corridor.area
     assert own is not None
     built = Area(boundary=own.boundary, obstacles=own.obstacles)
-    again = Corridor.in_area(built).with_obstacles(corridor.kept_out.to_polygons())
+    again = Corridor.in_area(built).with_obstacles(corridor.obstacles)
     asked = poses(10) + np.array([away, away, 0.0]) * (made != "map")
     np.testing.assert_array_equal(contacts(again, asked), contacts(corridor, asked))
     np.testing.assert_array_equal(

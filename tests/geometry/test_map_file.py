@@ -91,7 +91,7 @@ def test_a_turned_map_has_its_cells_turned_about_the_origin(
     entries = ENTRIES | {"resolution": 0.25, "origin": [0.0, 0.0, yaw]}
     cells = [cell(entries, int(row), int(column), 13) for row, column in np.argwhere(black)]
     whole = shapely.union_all(cells, grid_size=1e-9)
-    outline = shapely.Polygon(read_map(file).outline - at)
+    outline = shapely.Polygon(read_map(file)[0] - at)
     whole = whole.union(outline.buffer(30.0).difference(outline))
     poses = np.column_stack([random.uniform(-4.0, 4.0, (200, 2)), random.uniform(-4.0, 4.0, 200)])
     moved = poses + np.array([*at, 0.0])
@@ -176,7 +176,7 @@ def test_other_keys_and_forms_of_numbers_are_read(tmp_path: Path) -> None:
         "negate: 0\nmode: Trinary\nversion: 2\n",
         encoding="utf-8",
     )
-    np.testing.assert_allclose(read_map(file).outline, [(1, 2), (2.5, 2), (2.5, 3), (1, 3)])
+    np.testing.assert_allclose(read_map(file)[0], [(1, 2), (2.5, 2), (2.5, 3), (1, 3)])
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: 
         Narrowing(57.0, 60.0, left=1.2),
     ]
     corridor = Corridor.from_offsets(full_course, left=5.0, right=-5.0, narrowings=narrowings)
-    assert [walls.lines.narrowest for walls in corridor.walls] == [(6.5, 28.0), (6.2, 57.0)]
+    assert [walls.narrowest for walls in corridor.walls] == [(6.5, 28.0), (6.2, 57.0)]
     assert corridor.narrowest() == (6.2, 57.0)
     for part, theta, lateral, side in (
         (0, 1.0, 2.0, 0),

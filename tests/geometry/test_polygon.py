@@ -5,6 +5,7 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from geometry.outline import outline_at
+from geometry.shape_grid import Body
 from tests.geometry.sides import sides_of
 
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
@@ -40,11 +41,11 @@ def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
 
 def test_outline_is_closed_to_bodies() -> None:
     corridor = Corridor.from_polygon(STRAIGHT, BOX)
-    body = np.array([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
-    places = np.array([(2.0, 0.0), (0.5, 0.0), (17.5, 0.0), (-8.0, 0.0), (30.0, 0.0), (8.0, 1.5)])
-    bodies = body + places[:, None, :]
-    assert (corridor.clearance(0, bodies) <= 0.0).tolist() == [False, True, True, True, True, True]
-    np.testing.assert_allclose(corridor.clearance(0, bodies), [1.0, -0.5, -0.5, -9.0, -13.0, -0.5], atol=1e-9)
+    body = Body.of([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
+    places = np.array([(2.0, 0.0), (0.5, 0.0), (17.5, 0.0), (8.0, 1.5), (-8.0, 0.0), (30.0, 0.0)])
+    apart = corridor.signed_distances(0, body, np.column_stack([places, np.zeros(6)]))[:, 0]
+    np.testing.assert_allclose(apart[:4], [1.0, -0.5, -0.5, -0.5], atol=1e-9)
+    np.testing.assert_allclose(corridor.beyond(0, places), [0.0, 0.0, 0.0, 0.0, 8.0, 10.0], atol=1e-9)
 
 
 @pytest.mark.parametrize("frame", [Pose2(3.0, -2.0, 0.7), Pose2(-40.0, 12.0, -3.0), Pose2(0.0, 0.0, 9.0)])

@@ -12,9 +12,11 @@ import shapely
 
 from geometry import Corridor, Narrowing, PartLines, Pose2, ReferencePath
 from geometry.arrays import Array
-from geometry.walls import Obstacles, PartWalls
+from geometry.shape_grid import Body
+from geometry.walls import FINE
 from tests.geometry.sides import sides_of
 
+BODY = np.array([[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]])
 LONG = ReferencePath.from_segments(
     Pose2(0.0, 0.0, 0.0), [(1, 0.1 if i % 2 else -0.1, 10.0) for i in range(40)]
 )
@@ -22,7 +24,7 @@ LONG = ReferencePath.from_segments(
 
 def kept(line: Array) -> Array:
     """What a corridor keeps of a boundary."""
-    return PartWalls.of(PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0))).lines.left[0]
+    return PartLines(left=(line,), right=(), joined=False, narrowest=(5.0, 0.0)).left[0]
 
 
 def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
@@ -45,23 +47,21 @@ def test_bodies_far_and_near_against_all_lines() -> None:
     every = shapely.MultiLineString([line for side in corridor.lines(0) for line in side])
     random = np.random.default_rng(4)
     at = LONG.parts[0].reference(random.uniform(0.0, 400.0, 200))
-    middle = np.column_stack([at.x, at.y]) + random.uniform(-12.0, 12.0, (200, 2))
-    bodies = middle[:, None] + np.array([[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]])
-    for some in (bodies, bodies[:1], bodies[:0], bodies + 300.0):
-        exact = shapely.distance(shapely.polygons(some), every)
-        clearance = corridor.clearance(0, some)
-        free = clearance > 0.0
-        np.testing.assert_allclose(clearance[free], exact[free], atol=1e-12)
+    poses = np.column_stack([at.x, at.y, np.zeros(200)])
+    poses[:, :2] += random.uniform(-12.0, 12.0, (200, 2))
+    for some in (poses, poses[:1], poses[:0], poses + np.array([300.0, 300.0, 0.0])):
+        exact = shapely.distance(shapely.polygons(some[:, None, :2] + BODY), every)
+        found = corridor.signed_distances(0, Body.of(BODY), some)[:, 0]
+        free = found > FINE
+        np.testing.assert_allclose(found[free], exact[free], atol=FINE)
         assert not free[exact <= 0.0].any()
 
 
 def test_walls_that_were_measured_against_can_still_be_pickled() -> None:
     corridor = Corridor.from_offsets(LONG, left=5.0, right=-5.0)
-    body = np.array([[(0.0, -1.0), (3.0, -1.0), (3.0, 1.0), (0.0, 1.0)]])
+    before = corridor.signed_distances(0, Body.of(BODY), np.zeros((1, 3)))
     again = pickle.loads(pickle.dumps(corridor))
-    before = corridor.clearance(0, body)
-    np.testing.assert_array_equal(again.clearance(0, body), before)
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(corridor)).clearance(0, body), before)
+    np.testing.assert_array_equal(again.signed_distances(0, Body.of(BODY), np.zeros((1, 3))), before)
 
 
 BOX = [(-4.0, -20.0), (25.0, -20.0), (25.0, 12.0), (-4.0, 12.0)]
@@ -93,14 +93,16 @@ def corridor(request: pytest.FixtureRequest) -> Corridor:
 
 def built_again(corridor: Corridor) -> Corridor:
     """The corridor built from the lines and polygons that define it."""
-    walls = tuple(PartWalls.of(walls.lines) for walls in corridor.walls)
-    return Corridor(walls=walls, kept_out=Obstacles.from_polygons(corridor.kept_out.to_polygons()))
+    walls = (
+        PartLines(left=one.left, right=one.right, joined=one.joined, narrowest=one.narrowest)
+        for one in corridor.walls
+    )
+    return Corridor(walls=tuple(walls), obstacles=corridor.obstacles)
 
 
 def test_boundaries_and_obstacles_are_the_same(corridor: Corridor) -> None:
     again = built_again(corridor)
-    for walls, others in zip(corridor.walls, again.walls, strict=True):
-        one, other = walls.lines, others.lines
+    for one, other in zip(corridor.walls, again.walls, strict=True):
         assert (len(one.left), one.joined, one.narrowest) == (len(other.left), other.joined, other.narrowest)
         assert all(map(np.array_equal, (*one.left, *one.right), (*other.left, *other.right)))
     assert len(corridor.obstacles) == len(again.obstacles)
@@ -110,9 +112,11 @@ def test_boundaries_and_obstacles_are_the_same(corridor: Corridor) -> None:
 def test_half_planes_and_clearances_are_the_same(corridor: Corridor) -> None:
     again = built_again(corridor)
     points = np.random.default_rng(1).uniform((-6.0, -22.0), (27.0, 14.0), (300, 2))
-    bodies = points[:, None, :] + np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5]])
+    body, poses = Body.of([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5]]), np.column_stack([points, np.zeros(300)])
     for part in range(len(corridor.walls)):
         before, after = (sides_of(each, part, points) for each in (corridor, again))
         np.testing.assert_array_equal(before.distance, after.distance)
         np.testing.assert_array_equal(before.normal, after.normal)
-        np.testing.assert_array_equal(corridor.clearance(part, bodies), again.clearance(part, bodies))
+        np.testing.assert_array_equal(
+            corridor.signed_distances(part, body, poses), again.signed_distances(part, body, poses)
+        )

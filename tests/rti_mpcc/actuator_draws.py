@@ -11,6 +11,7 @@ import shapely
 from benchmarks.foreign import Car, Interface, Ride, drive
 from benchmarks.foreign_sensors import Faulty, healthy
 from geometry import Pose2
+from geometry.outline import drawn_shape, shape_of
 from rti_mpcc import ActuatorModel, ControllerConfig, DockingController
 from rti_mpcc.simulation import Scenario, load_scenario
 
@@ -127,8 +128,7 @@ def _figures(done: Ride, scenario: Scenario, config: ControllerConfig, goal: Pos
 def solid(scenario: Scenario) -> shapely.Geometry:
     """Walls and obstacles of a scene."""
     if scenario.in_area:
-        area = scenario.build_area()
-        return shapely.union_all([shapely.Polygon(each) for each in area.polygons])
+        return shapely.union_all([drawn_shape(shape_of(each)) for each in scenario.build_area().obstacles])
     path = scenario.build_path()
     lines = [line for part in range(len(path.parts)) for side in _lines(scenario, part) for line in side]
     return shapely.union_all([shapely.LineString(line) for line in lines])

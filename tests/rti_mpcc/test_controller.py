@@ -10,7 +10,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest
@@ -180,7 +180,7 @@ def test_a_goal_that_lies_too_far_to_the_side_is_not_reached_through_the_boundar
     corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
     mpcc.set_goal(mpcc.part.pose(22.0).compose(Pose2(0.0, 1.5 * side, 0.0)))
     plan = arrive(mpcc, at(mpcc, 2.0), 20.0, 15).trajectory
-    gap = float(corridor.clearance(0, body_polygons(plan.states, mpcc.config.vehicle)).min())
+    gap = float(clearances(plan.states, corridor, 0, mpcc.config.vehicle).min())
     assert gap > mpcc.config.clearance.wanted - 0.01
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.simulation import Scenario, load_scenario, scenario_from_dict
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Source, Status
@@ -134,8 +134,11 @@ def test_from_the_first_cycle_on_a_plan_is_driven_and_it_docks(name: str, direct
     if start.at:
         scenario = lane(direction, 0.0)
         poses = np.array([[plant.x, plant.y, plant.phi, 0.0, 0.0, 0.0] for plant, _ in run])
-        bodies = body_polygons(poses, scenario.controller_config().vehicle)
-        clearance = scenario.build_corridor(scenario.build_path()).clearance(0, bodies)
+        corridor, vehicle = (
+            scenario.build_corridor(scenario.build_path()),
+            scenario.controller_config().vehicle,
+        )
+        clearance = clearances(poses, corridor, 0, vehicle).min(axis=1)
         assert clearance[0] == pytest.approx(ROOM, abs=0.05)
         assert clearance.min() > 0.0
 
@@ -150,6 +153,5 @@ def test_a_start_off_the_path_touches_nothing_and_docks(name: str, across: float
     pose = path.start.compose(Pose2(0.0, across, radians(turned)))
     run = list(drive(scenario, 60.0, start=PlantState(x=pose.x, y=pose.y, phi=pose.phi)))
     poses = np.array([[plant.x, plant.y, plant.phi, 0.0, 0.0, 0.0] for plant, _ in run])
-    bodies = body_polygons(poses, config.vehicle)
-    assert scenario.build_corridor(path).clearance(0, bodies).min() > 0.0
+    assert clearances(poses, scenario.build_corridor(path), 0, config.vehicle).min() > 0.0
     assert run[-1][1].status is Status.DOCKED, run[-1][1].diagnostics.reason

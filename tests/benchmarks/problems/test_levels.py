@@ -12,9 +12,9 @@ from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scene_scenario import scenario_of
 from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
 from rti_mpcc.simulation.sections.goal import MeasurementSection
-from rti_mpcc.simulation.solid import area_clearance
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_the_body_has_room_at_the_planned_goal_of_a_scene(
         planned = noisy.planned_goal()
         assert planned is not None
         pose = np.array([[planned.x, planned.y, planned.phi]])
-        room = area_clearance(noisy.build_area(), pose, noisy.vehicle)
+        room = noisy.build_area().signed_distances(body_of(noisy.vehicle), pose)
         assert room[0] >= SLOT_CLEARANCE
         assert any(seen(noisy).initial_offset)
         bare = changed(scene, {"area.obstacles": [], "area.boundary": None})

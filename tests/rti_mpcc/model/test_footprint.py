@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import shapely
 
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from geometry.shape_grid import ShapeGrid
 from rti_mpcc.config import Vehicle
-from rti_mpcc.model.footprint import body_of, body_polygons
+from rti_mpcc.model.footprint import body_of, body_polygons, clearances
 
 VEHICLES = [Vehicle(), Vehicle(front=0.8, rear=3.6), Vehicle(wheelbase=0.5, width=0.6, front=0.8, rear=0.0)]
 
@@ -45,6 +46,38 @@ def test_what_trails_behind_the_axle_is_the_end_of_each_piece() -> None:
     np.testing.assert_allclose(body.trailing(-1), [cut, vehicle.front])
 
 
+PILLAR = [(20.0, -0.1), (20.2, -0.1), (20.2, 0.1), (20.0, 0.1)]
+LANE = Corridor.from_offsets(
+    ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)]),
+    left=3.0,
+    right=-2.0,
+    narrowings=[Narrowing(10.0, 10.5, left=1.2)],
+    obstacles=[PILLAR],
+)
+
+
+@pytest.mark.parametrize(
+    ("pose", "expected"),
+    [
+        ((4.0, 0.0, 0.0), 1.0),
+        ((9.0, 0.0, 0.0), 0.2),
+        ((14.0, -1.3, 0.0), -0.3),
+        ((4.0, 0.5, pi / 2), -0.5),
+        # The corner of the narrowing is 0.3 m inside of the body, which has no corner beyond.
+        ((9.3, 0.5, 0.0), -0.3),
+        # All of it beyond the boundary.
+        ((20.0, 4.5, 0.0), -1.5),
+        # Behind the end, where there is no boundary: the corner of the body to the end of the wall.
+        ((32.0, 2.5, 0.0), 1.0),
+    ],
+)
+def test_clearances_to_boundaries_and_obstacles(pose: tuple[float, float, float], expected: float) -> None:
+    vehicle, states = Vehicle(width=2.0, front=3.0, rear=1.0), np.array([pose])
+    ((walls, pillar),) = clearances(states, LANE, 0, vehicle)
+    apart = shapely.Polygon(body_polygons(states, vehicle)[0]).distance(shapely.Polygon(PILLAR))
+    assert (walls, pillar) == pytest.approx((expected, apart), abs=1e-9)
+
+
 FORKS = ((-0.4, -0.6), (1.0, -0.6), (1.0, -0.3), (2.2, -0.3), (2.2, 0.3), (1.0, 0.3), (1.0, 0.6), (-0.4, 0.6))
 TWO_FORKS = (
     *((-0.4, -0.6), (2.2, -0.6), (2.2, -0.3), (1.0, -0.3)),
@@ -78,7 +111,7 @@ def test_distances_to_an_outline_are_those_that_shapely_finds(name: str) -> None
     corners = random.uniform(-4.0, 4.0, (40, 1, 2)) + random.uniform(-0.5, 0.5, (40, 3, 2))
     shapes = [each for each in map(shapely.Polygon, corners) if each.is_valid]
     rings = [shapely.get_coordinates(shapely.orient_polygons(each))[:-1] for each in shapes]
-    grid = ShapeGrid.of_shapes(rings, np.zeros(len(rings)), 1)
+    grid = ShapeGrid.of_shapes(rings)
     poses = np.column_stack([random.uniform(-6.0, 6.0, (200, 2)), random.uniform(-pi, pi, 200)])
     found = grid.signed_distances(body_of(vehicle), poses)[:, 0]
     bodies = shapely.polygons(body_polygons(poses, vehicle))

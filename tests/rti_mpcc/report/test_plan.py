@@ -16,10 +16,9 @@ from PIL import Image
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.report.axes import save
 from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
-from rti_mpcc.simulation.solid import area_clearance
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 
 CONFIG = ControllerConfig()
@@ -66,7 +65,7 @@ def test_files_of_a_route(tmp_path: Path) -> None:
     table = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     assert table == pytest.approx(np.column_stack(list(route_rows(FOUND).values())), abs=1e-6)
     poses = np.column_stack([table[:, 1], table[:, 2], table[:, 3]])
-    clearance = float(area_clearance(HALL, poses, CONFIG.vehicle).min())
+    clearance = float(HALL.signed_distances(body_of(CONFIG.vehicle), poses).min())
     assert figures.pop("min_clearance_m") == pytest.approx(clearance, abs=0.01)
     told = {"found": True, "seconds": 0.25, "length_m": pytest.approx(10.02), "cusps": 2, "nodes": 42}
     assert figures == told

@@ -11,7 +11,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import along
 from rti_mpcc.model.actuators import Actuators
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.state import ControllerState, Task, VehicleEstimate
 from rti_mpcc.planning.surroundings import Surroundings
@@ -183,5 +183,5 @@ def test_between_coarse_stages_nothing_is_missed() -> None:
     """Both ends of a stage are clear, the obstacle between them is met."""
     inside = corridor(width=9.0).with_obstacles([[(9.0, -1.5), (9.3, -1.5), (9.3, 1.5), (9.0, 1.5)]])
     plan = straight_on(0.0, 16.0, n=1)
-    assert (inside.clearance(0, body_polygons(plan.states, CONFIG.vehicle)) > 0.0).all()
+    assert (clearances(plan.states, inside, 0, CONFIG.vehicle) > 0.0).all()
     assert way(plan, inside) < np.inf

@@ -13,6 +13,7 @@ from geometry import Pose2
 from rti_mpcc import DockingController, DockingMission
 from rti_mpcc.config import Clearance
 from rti_mpcc.errors import InputError, ScenarioError
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation import (
     Scenario,
     builtin_names,
@@ -23,7 +24,6 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.steps import Approach, Dock, DriveTo, Straight, Undock, Wait
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 from tests.rti_mpcc.yards import BRISK
@@ -101,7 +101,7 @@ def test_built_in_scenarios(name: str, caplog: pytest.LogCaptureFixture, tmp_pat
         assert scenario.build_path().max_curvature <= 0.2 + 1e-12
         return
     poses = np.array([(p.x, p.y, p.phi) for p in (scenario.start_pose(), scenario.goal_pose())])
-    clearance = area_clearance(scenario.build_area(), poses, scenario.vehicle)
+    clearance = scenario.build_area().signed_distances(body_of(scenario.vehicle), poses)
     assert (clearance > Clearance().on_routes - 0.01).all()
 
 
