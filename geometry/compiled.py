@@ -106,6 +106,7 @@ def record(declared: type[Record]) -> type[Record]:
     fields = [_TYPES[getattr(each, "__forward_arg__", each)] for each in named]
     alike = len(set(fields)) == 1  # numba tells these by another type
     _TYPES[declared.__name__] = (
+        types.NamedUniTuple(fields[0], len(fields), declared) if alike else types.NamedTuple(fields, declared)
     )
     return declared
 
