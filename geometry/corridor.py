@@ -29,7 +29,7 @@ from geometry.outline import (
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import POINT, Body, ShapeGrid, read_only
-from geometry.walls import PartLines
+from geometry.walls import BEHIND, PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
@@ -190,7 +190,8 @@ class Corridor(Admitted, error=CorridorError):
 
         So it is farther than BEHIND beyond one with open ends: that is on another way.
         """
-        return self._part(part).beyond(to_rows(points, 2, "points"))
+        walls = self._part(part)
+        return walls.grid.beyond(to_rows(points, 2, "points"), BEHIND if walls.is_open else inf)
 
     @door(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:

@@ -148,7 +148,8 @@ def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputE
     if found.ndim != 2 or found.shape[1] != width:
         raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
     if not all_finite(found):
-        raise error(f"{name} must be finite numbers.")
+        i = int(np.argmin(np.isfinite(found).all(axis=1)))
+        raise error(f"{name}[{i}] = {found[i].tolist()}: must be finite numbers.")
     return found
 
 

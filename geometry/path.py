@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import interpolation
 from geometry.arrays import Array
-from geometry.doors import Admitted, admit, door
+from geometry.doors import Admitted, admit, door, to_rows
 from geometry.errors import PathError, shown
 from geometry.files import TABLE, File, opened
 from geometry.part import PathPart, PathReference
@@ -200,15 +200,9 @@ def _check_direction(where: str, direction: float) -> None:
 
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
-    rows = np.array(values, dtype=np.float64)
-    if rows.ndim != 2 or rows.shape[1] != width:
-        raise PathError(f"{name} has shape {rows.shape}, it must be (n, {width}).")
+    rows = to_rows(values, width, name, PathError)
     if len(rows) < 2:
         raise PathError(f"{name} has {len(rows)} row(s), a path needs at least 2.")
-    bad = ~np.isfinite(rows).all(axis=1)
-    if bad.any():
-        i = int(np.argmax(bad))
-        raise PathError(f"{name}[{i}] = {rows[i].tolist()} must be finite numbers.")
     return rows
 
 

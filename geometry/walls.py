@@ -8,13 +8,12 @@ version, and the last bits from machine to machine.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
 
 import numpy as np
 import shapely
 
 from geometry.arrays import Array
-from geometry.doors import Admitted, admit
+from geometry.doors import Admitted, admit, to_rows
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
 from geometry.shape_grid import ShapeGrid, read_only
@@ -50,7 +49,10 @@ class PartLines(Admitted, error=CorridorError):
     def __post_init__(self) -> None:
         admit(self)
         for side in ("left", "right"):
-            lines = (read_only(as_pairs(thin_out(as_complex(line)))) for line in getattr(self, side))
+            rows = [
+                to_rows(line, 2, f"{side}[{k}]", CorridorError) for k, line in enumerate(getattr(self, side))
+            ]
+            lines = (read_only(as_pairs(thin_out(as_complex(line)))) for line in rows)
             object.__setattr__(self, side, tuple(lines))
         grid = ShapeGrid.of_lines([simplified(line, FINE) for line in self.both])
         object.__setattr__(self, "grid", grid)
@@ -66,11 +68,6 @@ class PartLines(Admitted, error=CorridorError):
     def is_open(self) -> bool:
         """Whether one of them has ends, so that what is beyond them need not be outside."""
         return not self.joined and bool(self.both)
-
-    def beyond(self, points: Array) -> Array:
-        """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND
-        beyond one with open ends."""
-        return self.grid.beyond(points, BEHIND if self.is_open else inf)
 
 
 def simplified(line: Array, most: float) -> Array:

@@ -124,7 +124,10 @@ def test_a_box_around_all_that_is_given_bounds_it() -> None:
             r"^boundary has 2 corner\(s\), a polygon needs at least 3\.$",
         ),
         ({"boundary": [(0, 0), (2, 2), (2, 0), (0, 2)]}, r"^boundary is not a simple polygon \(Self-inter.*"),
-        ({"boundary": [(0, 0), (1, nan), (2, 2)]}, r"^boundary must be finite numbers\.$"),
+        (
+            {"boundary": [(0, 0), (1, nan), (2, 2)]},
+            r"^boundary\[1\] = \[1.0, nan\]: must be finite numbers\.$",
+        ),
         ({"boundary": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, r"^boundary has shape \(3, 3\), it must be"),
         ({"boundary": "yard"}, r"^boundary = 'yard': must be an array of numbers or None$"),
         ({"obstacles": [BLOCK, BLOCK, BLOCK, np.zeros((0, 2))]}, r"^obstacles\[3\] has no corner"),
@@ -147,7 +150,7 @@ def test_bad_arguments_are_refused() -> None:
         area.bounded([], 1.0)
     with pytest.raises(AreaError, match=r"^points has shape \(2,\), it must be \(n, 2\)\.$"):
         area.bounded([0.0, 1.0], 1.0)
-    with pytest.raises(AreaError, match=r"^points must be finite numbers\.$"):
+    with pytest.raises(AreaError, match=r"^points\[0\] = \[0.0, nan\]: must be finite numbers\.$"):
         area.bounded([(0.0, nan)], 1.0)
     with pytest.raises(AreaError, match=r"points = .*: must be an array of numbers"):
         area.bounded([(0.0, 1.0), (2.0,)], 1.0)
