@@ -32,8 +32,8 @@ from geometry.shape_grid import (
     cells_around,
     in_frame,
     is_among,
+    is_beyond,
     is_new,
-    seen_from,
 )
 
 APART: Final = 0
@@ -117,10 +117,13 @@ def _line_contacts(
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]
-                if is_among(i, seen, met) or seen_from(body, grid, i, x, y, c, s, within, segment) == 0:
+                if is_beyond(body.middle, body.half, grid.circles, i, x, y, c, s, within):
+                    continue
+                if is_among(i, seen, met):
                     continue
                 if met < len(seen):
                     seen[met], met = i, met + 1
+                in_frame(grid.corners, grid.starts[i], 2, x, y, c, s, segment)
                 length, left_x, left_y = _left_of(segment)
                 for piece in range(len(body.starts) - 1):
                     slot, first, stop = (
@@ -130,6 +133,8 @@ def _line_contacts(
                     )
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
+                    if is_beyond(body.middles[piece], body.halves[piece], grid.circles, i, x, y, c, s, limit):
+                        continue
                     distance_between(body.corners, first, stop, segment, 0, 2, limit, witness)
                     value = witness[VALUE]
                     if value >= limit:

@@ -31,21 +31,32 @@ class Body(NamedTuple):
 
     Attributes:
         corners: (k, 2) of all pieces [m]; starts: (pieces + 1,) where each begins.
-        middle, half: (2,) of its bounding box [m].
+        middle, half: (2,) of its bounding box; middles, halves: (pieces, 2) of those of the pieces [m].
     """
 
     corners: Array2
     starts: Index1
     middle: Array1
     half: Array1
+    middles: Array2
+    halves: Array2
 
     @classmethod
     def of(cls, *pieces: ArrayLike) -> Body:
         """Build from convex pieces (m_i, 2), counter-clockwise [m]."""
         rings = [np.array(piece, dtype=np.float64).reshape(-1, 2) for piece in pieces]
-        corners = np.concatenate(rings)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        return cls(*map(read_only, (corners, _starts(rings), 0.5 * (low + high), 0.5 * (high - low))))
+        boxes = np.array([(ring.min(axis=0), ring.max(axis=0)) for ring in rings])
+        low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+        middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
+        fields = (
+            np.concatenate(rings),
+            _starts(rings),
+            0.5 * (low + high),
+            0.5 * (high - low),
+            middles,
+            halves,
+        )
+        return cls(*map(read_only, fields))
 
     @property
     def pieces(self) -> int:
@@ -292,38 +303,27 @@ def approach(
         for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
             i = grid.members[k]  # once more in a later cell, which does no harm
             nearest = least[grid.owner[i]]
-            count = seen_from(body, grid, i, x, y, c, s, nearest, shape)
-            if count > 0:
-                for piece in range(len(body.starts) - 1):
-                    first, stop = body.starts[piece], body.starts[piece + 1]
-                    distance_between(body.corners, first, stop, shape, 0, count, nearest, witness)
-                    nearest = min(nearest, witness[VALUE])
-                least[grid.owner[i]] = nearest
+            if is_beyond(body.middle, body.half, grid.circles, i, x, y, c, s, nearest):
+                continue
+            count = grid.starts[i + 1] - grid.starts[i]
+            in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
+            for piece in range(len(body.starts) - 1):
+                first, stop = body.starts[piece], body.starts[piece + 1]
+                distance_between(body.corners, first, stop, shape, 0, count, nearest, witness)
+                nearest = min(nearest, witness[VALUE])
+            least[grid.owner[i]] = nearest
 
 
 @inner
-def seen_from(
-    body: Body,
-    grid: ShapeGrid,
-    i: int,
-    x: float,
-    y: float,
-    c: float,
-    s: float,
-    within: float,
-    shape: Array,
-) -> int:
-    """Find the corners of the i-th shape in the frame of a body: `shape`. Returns how many these are, or 0
-    where its bounding circle is not `within` the body's box."""
-    dx, dy, limit = grid.circles[i, 0] - x, grid.circles[i, 1] - y, within + grid.circles[i, 2]
-    ahead = abs(c * dx + s * dy - body.middle[0]) - body.half[0]
-    aside = abs(c * dy - s * dx - body.middle[1]) - body.half[1]
+def is_beyond(
+    middle: Array, half: Array, circles: Array, i: int, x: float, y: float, c: float, s: float, within: float
+) -> bool:
+    """Whether the bounding circle of the i-th shape is not `within` a box of a body at x, y."""
+    dx, dy, limit = circles[i, 0] - x, circles[i, 1] - y, within + circles[i, 2]
+    ahead = abs(c * dx + s * dy - middle[0]) - half[0]
+    aside = abs(c * dy - s * dx - middle[1]) - half[1]
     off = max(ahead, aside)  # at most as much as the signed distance to the box, and soon known
-    if off >= limit or hypot(max(ahead, 0.0), max(aside, 0.0)) + min(off, 0.0) >= limit:
-        return 0
-    count: int = grid.starts[i + 1] - grid.starts[i]
-    in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
-    return count
+    return off >= limit or hypot(max(ahead, 0.0), max(aside, 0.0)) + min(off, 0.0) >= limit
 
 
 @inner

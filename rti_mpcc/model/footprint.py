@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from geometry import Corridor
 from geometry.outline import checked_polygon, convex_pieces, merge_convex
-from geometry.shape_grid import Body, read_only
+from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
@@ -35,13 +36,13 @@ def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
 @lru_cache(maxsize=64)
 def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
     half, low, length = 0.5 * width, -rear, front + rear
-    corners = []
-    for k in range(pieces):
-        begin, end = low + length * k / pieces, low + length * (k + 1) / pieces
-        corners += [(begin, -half), (end, -half), (end, half), (begin, half)]
-    middle, size = (low + 0.5 * length, 0.0), (0.5 * length, half)
-    arrays = (np.array(corners), np.arange(0, 4 * pieces + 1, 4), np.array(middle), np.array(size))
-    return Body(*map(read_only, arrays))
+    ends = low + length * np.arange(pieces + 1) / pieces
+    return Body.of(
+        *(
+            [(begin, -half), (end, -half), (end, half), (begin, half)]
+            for begin, end in pairwise(ends.tolist())
+        )
+    )
 
 
 def clearances(
