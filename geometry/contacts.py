@@ -124,6 +124,8 @@ def _line_contacts(
                 if met < len(seen):
                     seen[met], met = i, met + 1
                 in_frame(grid.corners, grid.starts[i], 2, x, y, c, s, segment)
+                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy, c * dy - s * dx
                 length, left_x, left_y = _left_of(segment)
                 for piece in range(len(body.starts) - 1):
                     slot, first, stop = (
@@ -133,7 +135,9 @@ def _line_contacts(
                     )
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
-                    if is_beyond(body.middles[piece], body.halves[piece], grid.circles, i, x, y, c, s, limit):
+                    off_x = abs(ahead - body.middles[piece, 0]) - body.halves[piece, 0]
+                    off_y = abs(aside - body.middles[piece, 1]) - body.halves[piece, 1]
+                    if max(off_x, off_y) - grid.circles[i, 2] > limit:
                         continue
                     distance_between(body.corners, first, stop, segment, 0, 2, limit, witness)
                     value = witness[VALUE]
