@@ -52,9 +52,9 @@ class MeasurementNoise:
     run: int = 0
 
     @property
-    def stds(self) -> Array:
+    def stds(self) -> list[float]:
         """(5,) standard deviations of the noise."""
-        return np.sqrt(np.maximum(self.variance, 0.0))
+        return [sqrt(each) if each > 0.0 else 0.0 for each in self.variance.tolist()]
 
     def broken(self) -> MeasurementNoise:
         """The same noise, at the first measurement of a new run."""

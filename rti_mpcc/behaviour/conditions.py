@@ -144,13 +144,15 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
 
     By its poses, too, if its speed has just changed otherwise than expected, as in a sensor's dead band.
     """
-    speeds: tuple[float, ...] = (context.measured_speed, float(context.state[V]))
-    motion = s.vehicle.motion
-    if s.vehicle.standing_since is None and motion.unexplained() > standstill.moving_speed(config):
-        speeds = (*speeds, motion.speed_beyond_noise(standstill.FEWEST * config.cycle))
+    speeds = context.measured_speed, float(context.state[V])
+    motion, stood = s.vehicle.motion, s.vehicle.standing_since
     docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
     least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
-    return standstill.update_standing(s.vehicle.standing_since, speeds, context.now, least)
+    since = standstill.update_standing(stood, speeds, context.now, least)
+    if since is None or stood is not None or motion.unexplained() <= standstill.moving_speed(config):
+        return since
+    by_poses = motion.speed_beyond_noise(standstill.FEWEST * config.cycle)
+    return standstill.update_standing(None, (by_poses,), context.now, least)
 
 
 def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:

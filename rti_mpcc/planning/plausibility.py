@@ -211,7 +211,7 @@ def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: C
     assert state is not None
     if sensors.track is None or now <= sensors.track[-1, AT]:
         return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
-    along, _, heading, speed, steering = last.noise.stds.tolist()
+    along, _, heading, speed, steering = last.noise.stds
     noise = Noise(along, heading, speed, steering)
     body = Geometry(config.vehicle.wheelbase, config.limits.steering)
     return compare_sensors(sensors, now, read, asked, noise, body)

@@ -154,8 +154,8 @@ def learnt(
 
 def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
     """What is said of sensors that the estimate does without, or corrects."""
-    offset, std = (0.0, 0.0) if known is None else (known.steering, known.stds[1])
-    told = abs(offset) - 2.0 * std > OFFSET_TOLD
+    offset = 0.0 if known is None else known.steering
+    told = known is not None and abs(offset) > OFFSET_TOLD + 2.0 * known.stds[1]
     beside = f"steering sensor is {-offset:+.2f} rad off: it is corrected" if told else ""
     return (*monitor.sensors.remarks, beside)
 

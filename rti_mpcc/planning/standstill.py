@@ -9,9 +9,11 @@ come to rest within a third of the tolerance. Whether it stays there: `safety.ho
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, exp, inf, sin, sqrt
+from operator import attrgetter
 
 import numpy as np
 
@@ -36,6 +38,7 @@ PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded 
 LEAST_MOMENTS = 6  # for an acceleration by poses
 LEAST_NOISE = 1e-4  # [m], [m/s], standard deviation of poses and speeds without noise
 LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
+_at = attrgetter("at")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +90,7 @@ class AxisMotion:
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
         measured = speed if monitor.measured is None else float(monitor.measured[V])
         stds = monitor.noise.stds
-        noise = float(stds[0]), float(stds[3])
+        noise = stds[0], stds[3]
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
@@ -110,7 +113,7 @@ class AxisMotion:
             commanded=commanded,
             coming=(last.coming + commanded - last.commanded) * exp(-seconds / LAG),
         )
-        kept = tuple(each for each in self.moments if now - each.at <= WINDOW + 1e-9)
+        kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
         return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
 
     def unseen(self, config: ControllerConfig) -> float:
@@ -202,7 +205,7 @@ class AxisMotion:
 
     def _last(self, seconds: float) -> tuple[AxisReading, ...]:
         now = self.moments[-1].at if self.moments else 0.0
-        return tuple(each for each in self.moments if now - each.at <= seconds + 1e-9)
+        return self.moments[bisect_left(self.moments, now - seconds - 1e-9, key=_at) :]
 
 
 def rest_speed(config: ControllerConfig) -> float:
@@ -230,7 +233,8 @@ def update_standing(since: float | None, speeds: tuple[float, ...], now: float, 
 
     `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].
     """
-    if max(map(abs, speeds)) > (least if since is None else MOVING_FACTOR * least):
+    most = least if since is None else MOVING_FACTOR * least
+    if any(abs(speed) > most for speed in speeds):
         return None
     return now if since is None else since
 
