@@ -15,11 +15,10 @@ from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scene_scenario import kind_of, scenario_of
 from benchmarks.problems.scenes import drawn_scene, kind_of_number
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign import MOST
-from rti_mpcc.simulation.campaign_row import Drawn
+from rti_mpcc.simulation.campaign import MOST, Drawn
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 
 DIGITS = 6
 """Of what is computed from the rounded numbers of a course."""

@@ -19,7 +19,7 @@ from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 
 DETECTION = {
     "position_std": (0.02, 0.08),

@@ -14,8 +14,7 @@ from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.path import CorridorSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection
 
 Points = list[list[float]]
 

@@ -20,7 +20,7 @@ from rti_mpcc.report.axes import BESIDE, entries_once, grid, plane, save
 from rti_mpcc.report.files import write_csv, write_json
 from rti_mpcc.report.ground import draw_area, draw_bodies, draw_heading, show_driven
 from rti_mpcc.report.numbers import counted
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.types import Array, Index
 
 RouteRows = dict[str, Array]

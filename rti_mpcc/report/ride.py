@@ -28,7 +28,7 @@ from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.controllers import wrapped
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.simulation.result import Truth
-from rti_mpcc.simulation.sections.camera import CameraSection
+from rti_mpcc.simulation.sections.goal import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
 
 _PICTURE_WIDTH = 560

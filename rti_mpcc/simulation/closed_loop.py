@@ -14,10 +14,17 @@ from geometry import Pose2, ReferencePath
 from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.camera_detector import CameraDetector, Seen
 from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, planner_in
-from rti_mpcc.simulation.disturbances import Disturbances
-from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
+from rti_mpcc.simulation.faults import Disturbances
+from rti_mpcc.simulation.goal_feed import (
+    CameraDetector,
+    Detector,
+    GoalFeed,
+    GoalSource,
+    Seen,
+    SimulatedDetector,
+    source_in,
+)
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Planning, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario

@@ -16,7 +16,7 @@ from estimation import CharucoBoard
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
-from rti_mpcc.simulation.sections.area import AreaSection
+from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     Positive,
@@ -26,8 +26,9 @@ from rti_mpcc.simulation.sections.base import (
     polygon_problems,
     read_toml,
 )
+from rti_mpcc.simulation.sections.goal import too_many_markers
+from rti_mpcc.simulation.sections.ground import AreaSection
 from rti_mpcc.simulation.sections.mission import ApproachSection
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.steps import Dock, DockKind, Straight
 
 SPACING = 0.1
@@ -97,11 +98,7 @@ class DockSection(Section):
             return
         if not by_board:
             yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
-        size = board.dictionary_size
-        if size is not None and board.markers.stop > size:
-            needed = f"markers {board.markers.start} to {board.markers.stop - 1}"
-            allowed = f"must have the {needed} of the board, has 0 to {size - 1}"
-            yield KeyProblem("board.dictionary", board.dictionary, allowed)
+        yield from too_many_markers("board", board)
 
     def build(self) -> Dock:
         """The dock."""

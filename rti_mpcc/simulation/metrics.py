@@ -22,7 +22,7 @@ from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")

@@ -7,6 +7,7 @@ planned. Its tables are in `sections`; what they must be to one another is check
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from math import tan
 from typing import Any, TypeVar
 
@@ -27,14 +28,13 @@ from rti_mpcc.paper import with_method
 from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.route_planner.problem import BOX
+from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
-from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple, VehicleTable
+from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple, VehicleTable, refusal
 from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
-from rti_mpcc.simulation.sections.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.sections.goal import GoalSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, PathSection
 from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, StraightStep, built_step
-from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
 _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
@@ -217,11 +217,8 @@ class Scenario(Section):
             misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
             allowed = "only in an area, where the route to the dock is planned"
             yield from (KeyProblem(f"{key}.{name}", None, allowed) for name in misplaced)
-            try:
-                if not misplaced:
-                    built_step(step, goal, body)
-            except InputError as error:
-                yield KeyProblem(key, None, str(error))
+            if not misplaced:
+                yield from refusal(key, None, partial(built_step, step, goal, body))
             if step.retry_from is not None and step.retry_from > index:
                 yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:
@@ -261,10 +258,7 @@ class Scenario(Section):
             yield f"goal.shifts[{index}]", goal
 
     def _settings_problems(self) -> Iterator[KeyProblem]:
-        try:
-            self.controller_config("default")
-        except InputError as error:
-            yield KeyProblem("controller", None, str(error))
+        yield from refusal("controller", None, self.controller_config)
 
     def remarks(self) -> list[str]:
         """Warnings, a line each: degrees in place of radians, and a path that bends too sharply."""

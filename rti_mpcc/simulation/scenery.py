@@ -1,4 +1,7 @@
-"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault."""
+"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault.
+
+And how near a body is to them, as the metrics measure it: by shapely alone, with `geometry.clearance`.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath
-from geometry.outline import outline_at
+from geometry import Area, Corridor, PathPart, Pose2, ReferencePath
+from geometry.clearance import Segments, clearance
+from geometry.outline import outline_at, shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
-from rti_mpcc.simulation.sections.faults import FaultSection
+from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.types import Array
 
 THICKNESS = 0.5
@@ -24,6 +28,8 @@ BESIDE = 0.5
 """Its reach in an area beyond both sides of a body on the path [m]."""
 _TOUCHING = 1e-3
 """Bodies that are nearer to one another are in contact [m]."""
+_SLICE = 500
+"""Bodies measured in one call: few things are near to so few of them."""
 
 Outlines = Sequence[Array]
 
@@ -65,7 +71,8 @@ class Scenery:
         own = () if self.corridor is None else self.corridor.obstacles
         usual = own if self.obstacles_at is None else self.obstacles_at(now)
         found = [*usual, *(self.walls[fault] for fault in acting)]
-        if not self.changes or not _same(found, self.changes[-1][1]):
+        known = self.changes[-1][1] if self.changes else None
+        if known is None or len(found) != len(known) or not all(map(np.array_equal, found, known)):
             self.changes.append((now, found))
         return found
 
@@ -113,10 +120,6 @@ def _reach(foot: Pose2, side: float, boundaries: shapely.MultiLineString) -> flo
     return ACROSS if met.is_empty else float(shapely.Point(foot.x, foot.y).distance(met))
 
 
-def _same(outlines: Outlines, known: Outlines) -> bool:
-    return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))
-
-
 def with_body(
     changes: Sequence[tuple[float, Outlines]],
     log: Sequence[StepRecord],
@@ -141,3 +144,24 @@ def touches(pose: Pose2, vehicle: Vehicle, body: Array | None) -> bool:
         return False
     own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
     return bool(own.distance(shapely.Polygon(body)) <= _TOUCHING)
+
+
+def area_clearance(area: Area, poses: Array, vehicle: Vehicle) -> Array:
+    """Signed clearance (n,) [m] of the body at poses (n, 3) to all that is solid; +inf where nothing is.
+
+    Where something is crossed: minus the deepest penetration.
+    """
+    outline = area.boundary
+    rings = [*([] if outline is None else [outline]), *area.obstacles]
+    origin = np.round(rings[0][0]) if rings else np.zeros(2)  # maps may be far from (0, 0)
+    walls = Segments.of([] if outline is None else [np.concatenate((outline, outline[:1])) - origin])
+    things = np.array([shape_of(ring - origin) for ring in area.obstacles], dtype=np.object_)
+    tree, local = shapely.STRtree(things), poses - np.array([*origin, 0.0])
+    found = [np.zeros(0)]
+    for begin in range(0, len(local), _SLICE):
+        bodies = body_polygons(local[begin : begin + _SLICE], vehicle)
+        shapes = shapely.polygons(bodies)
+        met = tree.query(shapes, predicate="intersects")[1]
+        near = np.union1d(tree.query_nearest(shapes)[1], met).astype(np.int64)
+        found.append(clearance(walls, things[near], bodies))
+    return np.concatenate(found)

@@ -17,11 +17,10 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.campaign import MOST
-from rti_mpcc.simulation.campaign_row import Drawn
+from rti_mpcc.simulation.campaign import MOST, Drawn
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 
 START = GOAL = (0.5, 0.3, radians(5.0))
 """Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `ROOM`."""

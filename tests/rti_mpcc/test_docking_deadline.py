@@ -11,7 +11,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
-from rti_mpcc.simulation.disturbances import FAILED
+from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
 from tests.rti_mpcc.docking_runs import (

@@ -14,7 +14,7 @@ from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import changed, docking_controller
-from rti_mpcc.simulation.disturbances import FAILED
+from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short

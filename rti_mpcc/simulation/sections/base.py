@@ -41,8 +41,6 @@ Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 
-_LONGEST_KEY = 120  # characters of a key that are shown
-
 
 class KeyProblem(NamedTuple):
     """One thing wrong: the dotted key, its value as shown to the user or None, and what is allowed."""
@@ -52,8 +50,9 @@ class KeyProblem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
-        fits = self.key.isprintable() and len(self.key) <= _LONGEST_KEY
-        key = self.key if fits else shown(self.key, _LONGEST_KEY)
+        longest = 120  # characters of a key that are shown
+        fits = self.key.isprintable() and len(self.key) <= longest
+        key = self.key if fits else shown(self.key, longest)
         value = "" if self.value is None else f" = {shown(self.value)}"
         return f"{key}{value}: {self.allowed}"
 
@@ -102,6 +101,15 @@ def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
     """A relative file lies relative to the one that names it."""
     folder = (info.context or {}).get("folder")
     return file if file is None or folder is None else str(Path(folder) / file)
+
+
+def refusal(key: str, value: object, build: Callable[[], object]) -> list[KeyProblem]:
+    """That what is built of a value raises InputError."""
+    try:
+        build()
+    except InputError as error:
+        return [KeyProblem(key, value, str(error))]
+    return []
 
 
 def polygon_problems(
@@ -179,34 +187,29 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
         return KeyProblem(f"{key}.kind", context["tag"], f"must be {tags}")
     if kind == "value_error":
         return KeyProblem(key, value, str(context["error"]))
-    return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
+    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
+    allowed = words.format(**context) if words else error["msg"][0].lower() + error["msg"][1:]
+    return KeyProblem(key, value, allowed)
 
 
 _ALLOWED = {
-    "greater_than": "> {gt:g}",
-    "greater_than_equal": ">= {ge:g}",
-    "less_than": "< {lt:g}",
-    "less_than_equal": "<= {le:g}",
-    "literal_error": "{expected}",
-    "float": "a number",
-    "int": "an integer",
-    "string_type": "text",
-    "string_pattern_mismatch": "letters, digits, dots, dashes and underscores",
-    "bool": "true or false",
-    "tuple": "a list",
-    "model": "a table",
-    "finite_number": "a finite number",
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
+    "too_long": "number of entries must be <= {max_length}, not {actual_length}",
+    "too_short": "number of entries must be >= {min_length}, not {actual_length}",
+    "literal_error": "must be {expected}",
+    "float": "must be a number",
+    "int": "must be an integer",
+    "string_type": "must be text",
+    "string_pattern_mismatch": "must be letters, digits, dots, dashes and underscores",
+    "bool": "must be true or false",
+    "tuple": "must be a list",
+    "model": "must be a table",
+    "finite_number": "must be a finite number",
 }
-"""By pydantic's kind of error, or by its first word."""
-_LENGTHS = {"too_long": "<= {max_length}", "too_short": ">= {min_length}"}
-
-
-def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
-    """The allowed values by pydantic's kind of error; None where its own message serves."""
-    if kind in _LENGTHS:
-        return f"number of entries must be {_LENGTHS[kind]}, not {{actual_length}}".format(**context)
-    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
-    return words and f"must be {words.format(**context)}"
+"""Allowed values by pydantic's kind of error, or by its first word; its own message serves for others."""
 
 
 def _for_kind(table: type[BaseModel]) -> str:

@@ -13,8 +13,8 @@ from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scene_scenario import scenario_of
 from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene
 from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
+from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.simulation.sections.goal import MeasurementSection
-from rti_mpcc.simulation.solid import area_clearance
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from rti_mpcc.recording import Machine, Recorder, ReplayReport, read_recording, 
 from rti_mpcc.recording.contents import CHANGED
 from rti_mpcc.recording.replay import TIMES, differences
 from rti_mpcc.simulation import changed, docking_controller, simulate
-from rti_mpcc.simulation.sections.faults import Kind
+from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Command, Diagnostics, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,

@@ -19,7 +19,7 @@ from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.axes import save
 from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 
 CONFIG = ControllerConfig()

@@ -22,8 +22,8 @@ from rti_mpcc.simulation import (
     scenario_from_dict,
 )
 from rti_mpcc.simulation.controllers import mission_of
+from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
-from rti_mpcc.simulation.solid import area_clearance
 from rti_mpcc.steps import Approach, Dock, DriveTo, Straight, Undock, Wait
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 from tests.rti_mpcc.yards import BRISK

@@ -9,7 +9,7 @@ import shapely
 from geometry import Area
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.solid import area_clearance
+from rti_mpcc.simulation.scenery import area_clearance
 
 VEHICLE = Vehicle(width=2.0, front=4.0, rear=1.0)
 HALL = [(-10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (-10.0, 5.0)]
