@@ -17,8 +17,7 @@ import numpy as np
 from benchmarks.problems.scenes import SLOT_CLEARANCE
 from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.scenario import Scenario, changed
 from rti_mpcc.simulation.scenery import area_clearance
 
 DETECTION = {

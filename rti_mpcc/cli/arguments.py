@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from math import isfinite
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,31 +17,15 @@ Commands = Any
 """The type that argparse adds commands to; its own name for it is private."""
 
 
-def non_negative(text: str) -> int:
-    """Raises ArgumentTypeError for anything but an integer >= 0."""
-    return _integer(text, 0)
+def integer(least: int) -> Callable[[str], int]:
+    """Type of an argument: an integer, `least` or more."""
 
+    def checked(text: str) -> int:
+        if not text.isascii() or not text.isdigit() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= {least}")
+        return int(text)
 
-def at_least_one(text: str) -> int:
-    """Raises ArgumentTypeError for anything but an integer >= 1."""
-    return _integer(text, 1)
-
-
-def _integer(text: str, least: int) -> int:
-    if not text.isascii() or not text.isdigit() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= {least}")
-    return int(text)
-
-
-def tolerance(text: str) -> float:
-    """Raises ArgumentTypeError for anything but a number >= 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not (isfinite(value) and value >= 0.0):
-        raise argparse.ArgumentTypeError(f"{text!r} must be a number >= 0")
-    return value
+    return checked
 
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -57,7 +41,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "preset of all settings; default: default",
     },
     "--seed": {
-        "type": non_negative,
+        "type": integer(0),
         "default": 0,
         "metavar": "N",
         "help": "random seed for all noise; default: 0",
@@ -67,7 +51,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "DIR",
         "help": "folder for the QP of each failed cycle, as .npz",
     },
-    "--jobs": {"type": at_least_one, "metavar": "K", "help": "number of processes; default: one a core"},
+    "--jobs": {"type": integer(1), "metavar": "K", "help": "number of processes; default: one a core"},
+    "--partial": {"action": "store_true", "help": "use the whole cycles of a truncated recording"},
 }
 """Arguments that several commands have, as argparse takes them."""
 
@@ -80,8 +65,8 @@ def add_options(parser: argparse.ArgumentParser, *names: str) -> None:
 
 def add_folder(parser: argparse.ArgumentParser, usual: str) -> None:
     """`--out DIR`."""
-    told = f"folder of the written files; default: {usual}"
-    parser.add_argument("--out", type=Path, metavar="DIR", help=told)
+    text = f"folder of the written files; default: {usual}"
+    parser.add_argument("--out", type=Path, metavar="DIR", help=text)
 
 
 def writable_folder(asked: Path | None, name: str) -> Path:

@@ -26,9 +26,9 @@ from rti_mpcc.simulation.sections.base import (
     polygon_problems,
     read_toml,
 )
+from rti_mpcc.simulation.sections.controller import ApproachSection
 from rti_mpcc.simulation.sections.goal import too_many_markers
 from rti_mpcc.simulation.sections.ground import AreaSection
-from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.steps import Dock, DockKind, Straight
 
 SPACING = 0.1
@@ -91,14 +91,12 @@ class DockSection(Section):
         if self.uncertainty is not None and (self.body is None or self.approach is None):
             allowed = "only of a dock with a body and an approach"
             yield KeyProblem("uncertainty", list(self.uncertainty), allowed)
-        by_board, board = self.kind == DockKind.CHARUCO.value, self.board
-        if board is None:
-            if by_board:
-                yield KeyProblem("board", None, "required for kind = 'charuco'")
-            return
-        if not by_board:
+        if self.board is None and self.kind == "charuco":
+            yield KeyProblem("board", None, "required for kind = 'charuco'")
+        if self.board is not None and self.kind != "charuco":
             yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
-        yield from too_many_markers("board", board)
+        if self.board is not None:
+            yield from too_many_markers("board", self.board)
 
     def build(self) -> Dock:
         """The dock."""
@@ -165,34 +163,30 @@ def read_docks(file: str | Path) -> Docks:
 
 
 def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
-    """What the body of a vehicle meets at the docks, and on the approach to them."""
+    """What the body of a vehicle meets at the docks, and on the approach to them; the first of each dock."""
 
-    def depth_in(area: Area, poses: list[Pose2]) -> float:
+    def depth_in(area: Area | None, poses: list[Pose2]) -> float:
         rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-        return -float(area_clearance(area, rows, docks.vehicle).min())
+        return 0.0 if area is None else -float(area_clearance(area, rows, docks.vehicle).min())
 
     for place, dock in enumerate(docks.docks.values()):
-        pose = dock.pose
+        pose, approach = dock.pose, dock.approach
         assert pose is not None
-        key = f"dock[{place}]"
-        driven: list[tuple[KeyProblem, list[Pose2]]] = [
-            (KeyProblem(f"{key}.pose", [pose.x, pose.y, pose.phi], "the docked vehicle"), [pose])
-        ]
-        if dock.approach is not None:
-            approach = KeyProblem(f"{key}.approach.length", dock.approach.length, "the approach")
-            driven.append((approach, approach_poses(dock)))
-        depths = [0.0 if docks.area is None else depth_in(docks.area, poses) for _, poses in driven]
-        for (problem, _), depth in zip(driven, depths, strict=True):
-            if depth > ROUNDING:
-                clear = f"must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
-                yield problem._replace(allowed=f"{problem.allowed} {clear}")
+        driven: list[tuple[str, object, str, list[Pose2]]]
+        driven = [("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])]
+        if approach is not None:
+            driven.append(("approach.length", approach.length, "the approach", approach_poses(dock)))
+        for key, value, what, poses in driven:
+            if (depth := depth_in(docks.area, poses)) > ROUNDING:
+                clear = f"{what} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
+                yield KeyProblem(f"dock[{place}].{key}", value, clear)
                 break
-        if (outline := dock.body_at(pose)) is None:
-            continue
-        for problem, poses in driven:
-            if (depth := depth_in(Area(obstacles=[outline]), poses)) > ROUNDING:
-                allowed = f"must not overlap {problem.allowed}, does by {depth:.2g} m"
-                yield KeyProblem(f"{key}.body", np.asarray(dock.body).tolist(), allowed)
+        outline = dock.body_at(pose)
+        body = None if outline is None else Area(obstacles=[outline])
+        for _, _, what, poses in driven:
+            if (depth := depth_in(body, poses)) > ROUNDING:
+                apart = f"must not overlap {what}, does by {depth:.2g} m"
+                yield KeyProblem(f"dock[{place}].body", np.asarray(dock.body).tolist(), apart)
                 break
 
 

@@ -41,12 +41,9 @@ _OFTEN, _EXACT = MeasurementSection(rate=5.0, delay=0.1, visible_range=1e3), Cam
 class GoalSource(Enum):
     """How the controller knows the goal of a scenario with [goal.measurement]."""
 
-    DETECTED = "detected"
-    """Detections go through the controller's filter."""
-    RAW = "raw"
-    """The newest detection is the goal, as it is: for comparison."""
-    KNOWN = "known"
-    """The true goal is given at every cycle: for comparison."""
+    DETECTED = "detected"  # detections go through the controller's filter
+    RAW = "raw"  # the newest detection is the goal, as it is: for comparison
+    KNOWN = "known"  # the true goal is given at every cycle: for comparison
 
 
 def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
@@ -219,12 +216,13 @@ class GoalFeed:
     stamp: float = -1.0
     poses: PoseHistory = field(default_factory=PoseHistory)
 
-    def approach(self, vehicle: Pose2) -> None:
-        """Move the goal by every shift whose distance the rear axle has come within."""
+    def approach(self, vehicle: Pose2) -> Pose2:
+        """The goal, moved by every shift whose distance the rear axle has come within."""
         for shift in self.shifts:
             if hypot(vehicle.x - self.goal.x, vehicle.y - self.goal.y) <= shift.at_distance:
                 self.shifts = tuple(other for other in self.shifts if other is not shift)
                 self.goal, self.moved = self.goal.compose(Pose2(*shift.offset)), True
+        return self.goal
 
     def next_exposure(self, until: float) -> float | None:
         """Time [s] of the next exposure, if that is not after `until`."""

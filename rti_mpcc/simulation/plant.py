@@ -40,9 +40,8 @@ _TO_NODES = np.array(
         [5.0 / 36.0 + _ROOT / 30.0, 2.0 / 9.0 + _ROOT / 15.0, 5.0 / 36.0],
     ]
 )
-_LONGEST_STEP = 0.05
-"""Longest integration step [s]; at 10 m/s and full steering its error is below 1e-9 m."""
-_LAG_STEP = 0.005  # the same where actuators lag: over it what acts is constant
+_LONGEST_STEP = 0.05  # of integration [s]; at 10 m/s and full steering its error is below 1e-9 m
+_LAG_STEP = 0.005  # the same where actuators lag: over it acceleration and steering rate are constant
 SAME_TIME = 1e-9
 """Instants nearer than this [s] are the same: products of cycle and step counts differ by rounding."""
 
@@ -171,41 +170,28 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
     """The plant at time `until` [s] (not before its own time), cut wherever an actuator switches."""
     longest = _LAG_STEP if parameters.drive_lag or parameters.steering_lag else _LONGEST_STEP
     while True:
-        plant = _take_effect(plant)
+        if due := [command for command in plant.pending if command.time <= plant.time + SAME_TIME]:
+            wanted = due[-1].acceleration, due[-1].steering_rate  # of several the last one
+            plant = replace(plant, wanted=wanted, pending=plant.pending[len(due) :])
         if until - plant.time <= SAME_TIME:
             return _following(plant, parameters, 0.0)
         switch = plant.pending[0].time if plant.pending else inf
         steering_share, braking_share, change = _shares(plant, parameters)
-        acting = _following(plant, parameters, 0.5 * longest)
-        acceleration, standstill = _acceleration_until_standstill(
-            acting, parameters.acceleration_offset, braking_share
-        )
+        acting, offset = _following(plant, parameters, 0.5 * longest), parameters.acceleration_offset
+        acceleration, standstill = _acceleration_until_standstill(acting, offset, braking_share)
         rate, stop = _steering_until_stop(acting, parameters, steering_share)
         end = min(until, switch, change, standstill, stop, plant.time + longest)
         plant = _following(plant, parameters, end - plant.time)
         plant = _integrate(plant, parameters, acceleration, rate, end, at_stop=end == stop)
 
 
-def _take_effect(plant: PlantState) -> PlantState:
-    """Commands whose time has come act; of several the last one."""
-    if not plant.pending or plant.pending[0].time > plant.time + SAME_TIME:
-        return plant
-    due = [command for command in plant.pending if command.time <= plant.time + SAME_TIME]
-    wanted = due[-1].acceleration, due[-1].steering_rate
-    return replace(plant, wanted=wanted, pending=plant.pending[len(due) :])
-
-
 def _following(plant: PlantState, parameters: PlantParameters, seconds: float) -> PlantState:
-    """What acts so much later, at the same place: it follows what is commanded."""
+    """Acceleration and steering rate so much later, at the same place: they follow the command."""
     if plant.wanted is None:
         return plant
-    a, rate = plant.wanted
-    a = _lagged(plant.acceleration, a, seconds, parameters.drive_lag)
-    return replace(
-        plant,
-        acceleration=a,
-        steering_rate=_lagged(plant.steering_rate, rate, seconds, parameters.steering_lag),
-    )
+    acceleration = _lagged(plant.acceleration, plant.wanted[0], seconds, parameters.drive_lag)
+    rate = _lagged(plant.steering_rate, plant.wanted[1], seconds, parameters.steering_lag)
+    return replace(plant, acceleration=acceleration, steering_rate=rate)
 
 
 def _lagged(value: float, towards: float, seconds: float, lag: float) -> float:

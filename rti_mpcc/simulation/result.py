@@ -54,18 +54,22 @@ class Truth:
         table = np.array(samples)
         times, v, delta = table[:, 0], table[:, 4], table[:, 5]
         yaw_rate = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
-        return cls(
-            times=_kept(times),
-            poses=_kept(table[:, 1:4]),
-            v=_kept(v),
-            delta=_kept(delta),
-            theta=_kept(table[:, 6]),
-            part=_kept(table[:, 7], np.int64),
-            acceleration=_kept(_slopes(times, v)),
-            steering_rate=_kept(_slopes(times, delta)),
-            lateral_acceleration=_kept(v * yaw_rate),
-            goals=_kept(table[:, 8:11]),
-        )
+        columns: dict[str, NDArray[Any]] = {
+            "times": times,
+            "poses": table[:, 1:4],
+            "v": v,
+            "delta": delta,
+            "theta": table[:, 6],
+            "part": table[:, 7].astype(np.int64),
+            "acceleration": _slopes(times, v),
+            "steering_rate": _slopes(times, delta),
+            "lateral_acceleration": v * yaw_rate,
+            "goals": table[:, 8:11],
+        }
+        kept = {name: np.array(column) for name, column in columns.items()}
+        for column in kept.values():
+            column.setflags(write=False)
+        return cls(**kept)
 
     def rows_at(self, times: ArrayLike) -> NDArray[np.int64]:
         """(k,) the sample at each of `times` (k,) [s], or the first one after it."""
@@ -97,24 +101,20 @@ _DIAGNOSTICS = {
 }
 
 
-def cycle_table(times: Sequence[float], commands: Sequence[Command], step_ms: Sequence[float]) -> Cycles:
-    """A read-only row for each cycle at `times` [s]; columns are attributes, such as `cycles.status`.
+def cycle_table(cycles: Sequence[tuple[float, float, Command]]) -> Cycles:
+    """A read-only row for each cycle (time [s], wall time of all of step() [ms], command).
 
-    Columns: `times`; `step_ms`, wall time of all of step(); `solved`, whether a QP was given to the solver;
-    some fields of `Command` and `Diagnostics` by their names.
+    Columns are attributes, such as `cycles.status`: `times`; `step_ms`; `solved`, whether a QP was given to
+    the solver; some fields of `Command` and `Diagnostics` by their names.
     """
-    head = {"times": float, "step_ms": float, "solved": bool}
-    rows = [
-        (
-            time,
-            spent,
-            command.diagnostics.solver_status != "",
-            *(getattr(command, name) for name in _COMMAND),
-            *(getattr(command.diagnostics, name) for name in _DIAGNOSTICS),
-        )
-        for time, command, spent in zip(times, commands, step_ms, strict=True)
-    ]
-    table = np.array(rows, dtype=list((head | _COMMAND | _DIAGNOSTICS).items())).view(np.recarray)
+    rows = []
+    for time, step_ms, command in cycles:
+        told = command.diagnostics
+        sent = (getattr(command, name) for name in _COMMAND)
+        more = (getattr(told, name) for name in _DIAGNOSTICS)
+        rows.append((time, step_ms, told.solver_status != "", *sent, *more))
+    kinds = {"times": float, "step_ms": float, "solved": bool, **_COMMAND, **_DIAGNOSTICS}
+    table = np.array(rows, dtype=list(kinds.items())).view(np.recarray)
     table.flags.writeable = False
     return table
 
@@ -125,12 +125,6 @@ def _slopes(times: Array, values: Array) -> Array:
         return np.zeros(len(times))
     slopes = np.diff(values) / np.diff(times)
     return np.append(slopes, slopes[-1])
-
-
-def _kept(values: ArrayLike, kind: type[np.generic] = np.float64) -> NDArray[Any]:
-    array = np.array(values, dtype=kind)
-    array.flags.writeable = False
-    return array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

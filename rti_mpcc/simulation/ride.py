@@ -19,13 +19,11 @@ HARD = 1.1
 _ROUNDING = 1e-9
 
 
-def direction_changes(times: Array, v: Array) -> int:
-    """Number of changes of direction, cusps included, each with `TURNING_TRAVEL` in the new direction."""
-    return len(turning_points(times, v))
-
-
 def turning_points(times: Array, v: Array) -> list[int]:
-    """The samples at which those changes start: the farthest in the direction before."""
+    """The samples of changes of direction, cusps included: the farthest in the direction before.
+
+    Each change has `TURNING_TRAVEL` in the new direction.
+    """
     turns: list[int] = []
     travel = _travel(times, v).tolist()
     direction, lowest, highest = 0, 0, 0  # samples of the extremes since the last change

@@ -18,8 +18,7 @@ from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.campaign import MOST, Drawn
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.scenario import Scenario, changed
 from rti_mpcc.simulation.scenery import area_clearance
 
 START = GOAL = (0.5, 0.3, radians(5.0))
@@ -79,8 +78,8 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
     """The scenario with some of `PARTS` drawn. Raises ScenarioError where it allows no change of a part."""
     start, goal = ([_drawn(random, most) for most in shift] for shift in (START, GOAL))
     changes = {"noise": _noise(scenario, random), "plant": _plant(scenario, random)}
-    for part in ("noise", "plant"):
-        scenario = changed(scenario, changes[part]) if part in vary else scenario
+    for part, values in changes.items():
+        scenario = changed(scenario, values) if part in vary else scenario
     if "start" in vary:
         scenario = _shifted(scenario, "simulation.start_offset", scenario.simulation.start_offset, start)
     if "goal" in vary:
@@ -92,12 +91,11 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
 
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
     position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
-    own, more = scenario.simulation.state_noise, (position, position, *others)
-    noise = [mine + some for mine, some in zip(own, more, strict=True)]
+    noise = np.add(scenario.simulation.state_noise, (position, position, *others)).tolist()
     changes: dict[str, Any] = {"simulation.state_noise": noise}
-    factors = {name: 1.0 + _drawn(random, DETECTION) for name in ("position_std", "heading_std")}
-    if (seen := scenario.goal.measurement) is not None:
-        for name, factor in factors.items():
+    for name in ("position_std", "heading_std"):
+        factor = 1.0 + _drawn(random, DETECTION)
+        if (seen := scenario.goal.measurement) is not None:
             changes[f"goal.measurement.{name}"] = factor * getattr(seen, name)
     return changes
 

@@ -15,7 +15,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation import load_docks, read_docks
 from rti_mpcc.simulation.docks_file import ContactSection, DockSection
-from rti_mpcc.simulation.sections.mission import ApproachSection
+from rti_mpcc.simulation.sections.controller import ApproachSection
 from rti_mpcc.steps import Approach, DockKind, Straight
 from tests.rti_mpcc.dock_files import EXAMPLE, FIRST, SECOND, written
 

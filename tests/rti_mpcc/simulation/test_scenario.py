@@ -23,7 +23,7 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.scenery import area_clearance
-from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
+from rti_mpcc.simulation.sections.controller import signalled_by_the_simulation
 from rti_mpcc.steps import Approach, Dock, DriveTo, Straight, Undock, Wait
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 from tests.rti_mpcc.yards import BRISK
@@ -155,7 +155,7 @@ def test_start_area_and_goal(hall: Scenario, straight: Scenario) -> None:
         (straight.build_area, r"straight: has no \[area\]"),
         (straight.goal_pose, "goal.pose: required where there is no path"),
         (hall.build_path, r"hall: has no \[path\]"),
-        (lambda: hall.corridor, r"hall: has no \[corridor\]"),
+        (lambda: hall.build_corridor(straight.build_path()), r"hall: has no \[corridor\]"),
     ):
         with pytest.raises(InputError, match=said):
             ask()
