@@ -11,8 +11,7 @@ from rti_mpcc.paper import METHODS
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.scenario import PRESETS
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
-"""Exit status; 1: not docked, no route found, or a difference."""
+DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit status; 1: not docked, no route found, or a difference
 Commands = Any
 """The type that argparse adds commands to; its own name for it is private."""
 

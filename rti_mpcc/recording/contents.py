@@ -23,8 +23,7 @@ from rti_mpcc.version import Machine
 T = TypeVar("T")
 
 FORMAT = "rti-mpcc recording"
-VERSION = 6
-"""Of the format; grows with every change that older or newer programs could not read."""
+VERSION = 6  # of the format; grows with every change that older or newer programs could not read
 CHANGED = "its line was changed after it was recorded"
 
 Driver = DockingController | DockingMission
@@ -38,24 +37,17 @@ def core_of(driver: Driver) -> DockingController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """All that the controller was given for one cycle.
-
-    Attributes:
-        state, now, goal, measurements, obstacles: as in `DockingController.step`, numbers need not be finite.
-        goal_cleared: `clear_goal` was called since the last step; area: given to `set_area`; cancelled: so
-            was the mission.
-        signal: what the step under way waits for was said to be there.
-    """
+    """All that the controller was given for one cycle, see `DockingController.step`; perhaps not finite."""
 
     state: VehicleState
     now: float
     goal: Pose2 | None
     measurements: tuple[GoalMeasurement, ...]
     obstacles: tuple[Array, ...] | None
-    goal_cleared: bool = False
-    area: Area | None = None
-    cancelled: bool = False
-    signal: bool = False
+    goal_cleared: bool = False  # `clear_goal` was called since the last step
+    area: Area | None = None  # given to `set_area` since the last step
+    cancelled: bool = False  # the mission was, since the last step
+    signal: bool = False  # the signal that the mission's step waits for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,21 +66,16 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
-    """The first line of a recording: where it was made, and all that its controller was made from.
-
-    Attributes:
-        path: in an area that of a vehicle that has no route yet; corridor: with its first obstacles.
-        steps, home: of the mission; steps is None without one.
-    """
+    """The first line of a recording: where it was made, and all that its controller was made from."""
 
     format: str = FORMAT
     version: int = VERSION
     machine: Machine
     config: ControllerConfig
-    path: ReferencePath
-    corridor: Corridor
-    steps: tuple[AnyStep, ...] | None = None
-    home: DriveTo | None = None
+    path: ReferencePath  # in an area that of a vehicle that has no route yet
+    corridor: Corridor  # with its first obstacles
+    steps: tuple[AnyStep, ...] | None = None  # of the mission, None without one
+    home: DriveTo | None = None  # of the mission
 
     def driver(self) -> Driver:
         """A new controller like the recorded one, with its mission, if it had one."""
@@ -101,15 +88,12 @@ class Header:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A recording that was read.
-
-    `complete`: its end is there; `changed`: numbers of the cycles whose lines were changed afterwards.
-    """
+    """A recording that was read."""
 
     header: Header
     cycles: tuple[Cycle, ...]
-    complete: bool
-    changed: tuple[int, ...] = ()
+    complete: bool  # its end is there
+    changed: tuple[int, ...] = ()  # numbers of the cycles whose lines were changed afterwards
 
 
 def read_recording(

@@ -16,8 +16,7 @@ from rti_mpcc.recording.contents import CHANGED, read_recording
 from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.version import Machine
 
-ELSEWHERE = 1e-9
-"""Tolerance on another machine or with other versions."""
+ELSEWHERE = 1e-9  # tolerance on another machine or with other versions
 TIMES = frozenset({"prepare_ms", "feedback_ms", "solve_ms", "step_ms"})
 """Diagnostics of how long something took: never the same twice."""
 
@@ -44,21 +43,13 @@ class Mismatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayReport:
-    """The outcome of a replay.
+    """The outcome of a replay."""
 
-    Attributes:
-        cycles: number of compared ones, with the one that differs.
-        tolerance: of numbers; 0: bit for bit.
-        same_machine: the recording was made on such a machine, with the same versions.
-        complete: the recording has its end.
-        mismatch: the first cycle that differs, or None.
-    """
-
-    cycles: int
-    tolerance: float
-    same_machine: bool
-    complete: bool
-    mismatch: Mismatch | None
+    cycles: int  # number of compared ones, with the one that differs
+    tolerance: float  # of numbers; 0: bit for bit
+    same_machine: bool  # the recording was made on such a machine, with the same versions
+    complete: bool  # the recording has its end
+    mismatch: Mismatch | None  # the first cycle that differs
 
     @property
     def identical(self) -> bool:

@@ -31,12 +31,9 @@ from rti_mpcc.types import Array
 Image = NDArray[np.uint8]
 Grey = NDArray[np.float32]
 
-FINER = 4
-"""So many times finer than the picture the board is drawn before it is averaged."""
-SQUARE_PIXELS = 128
-"""Side of a square of the print [px]."""
-NEAREST = 0.1
-"""A board with a corner nearer to the lens plane than this, or behind it, is not drawn [m]."""
+FINER = 4  # so many times finer than the picture the board is drawn before it is averaged
+SQUARE_PIXELS = 128  # side of a square of the print [px]
+NEAREST = 0.1  # a board with a corner nearer to the lens plane than this, or behind it, is not drawn [m]
 
 
 class Optics(Settings):

@@ -29,14 +29,10 @@ from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Source, Status
 
 ROWS, TIMES = "rows.jsonl", "timed.jsonl"
-MOST = 1_000_000
-"""Cases of a campaign, at most."""
-AHEAD = 2
-"""Number of cases under way for each worker: one is driven, one waits."""
-SILENCE = 1800.0
-"""After this time without the end of a case the workers are lost [s]: joblib does not say so."""
-DEATHS = 2
-"""A case that has ended this number of workers of a Dask cluster is not driven again."""
+MOST = 1_000_000  # cases of a campaign, at most
+AHEAD = 2  # number of cases under way for each worker: one is driven, one waits
+SILENCE = 1800.0  # after this time without the end of a case the workers are lost [s]: joblib does not say so
+DEATHS = 2  # a case that has ended this number of workers of a Dask cluster is not driven again
 DIED = "its worker process ended while it was under way"
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
@@ -47,8 +43,8 @@ Drawn = Mapping[str, Any]
 class DrawnCase(Protocol):
     """A case that is drawn where it is driven: workers are sent its attributes only.
 
-    Attributes:
-        index: 0 ... MOST - 1; name: of its scenario; run: method, preset and seed, as `batch.Case` has them.
+    `index`: 0 ... MOST - 1; `name` of its scenario; `run`: method, preset and seed, as `batch.Case` has them.
+    The scenario is the same each time; InputError where it can't be drawn. `drawn`: what was drawn of it.
     """
 
     @property
@@ -57,14 +53,8 @@ class DrawnCase(Protocol):
     def name(self) -> str: ...  # noqa: D102
     @property
     def run(self) -> Mapping[str, Any]: ...  # noqa: D102
-
-    def scenario(self) -> Scenario:
-        """The same each time. Raises InputError where it can't be drawn."""
-        ...
-
-    def drawn(self, scenario: Scenario) -> Drawn:
-        """What was drawn of it."""
-        ...
+    def scenario(self) -> Scenario: ...  # noqa: D102
+    def drawn(self, scenario: Scenario) -> Drawn: ...  # noqa: D102
 
 
 class CaseOutcome(Enum):
@@ -83,25 +73,20 @@ class CaseOutcome(Enum):
 class CampaignRow:
     """One case.
 
-    Attributes:
-        index: of the case; scenario: its name.
-        outcome: how it ended; detail: of what did not dock, the controller's last reason, or the exception.
-        course, disturbances: what was drawn, by name; None where it could not be.
-        figures: of `metrics.summary` but those that are timed, with cycles_by_status (counts) and
-            failures_driven (cycles whose QP was refused and whose command is its solution all the same: there
-            must be none); None where nothing was driven to its end.
-        timed: cycle_ms and deadline_misses as in summary.json; misses, these by status; planning_s, the time
-            of all searches [s]. No part of `table`.
+    `figures` are those of `metrics.summary` that are not timed, with cycles_by_status (counts) and
+    failures_driven: cycles whose QP was refused and whose command is its solution all the same, there must be
+    none. `timed`: cycle_ms and deadline_misses as in summary.json; misses, these by status; planning_s, the
+    time of all searches [s].
     """
 
     index: int
-    scenario: str
+    scenario: str  # its name
     outcome: CaseOutcome
-    detail: str
-    course: Mapping[str, Any] | None = None
-    disturbances: Mapping[str, Any] | None = None
-    figures: Mapping[str, Any] | None = None
-    timed: Mapping[str, Any] | None = None
+    detail: str  # of what did not dock: the controller's last reason, or the exception
+    course: Mapping[str, Any] | None = None  # what was drawn, by name; None where it could not be
+    disturbances: Mapping[str, Any] | None = None  # likewise
+    figures: Mapping[str, Any] | None = None  # None where nothing was driven to its end
+    timed: Mapping[str, Any] | None = None  # no part of `table`
 
     def table(self) -> dict[str, Any]:
         """The row for JSON, without what was timed."""

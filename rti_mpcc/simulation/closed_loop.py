@@ -34,8 +34,7 @@ from rti_mpcc.types import Command, Status, VehicleState
 
 AFTER_DOCKING, AFTER_STOP = 0.5, 5.0
 """The run continues for this time after docking, and after a latched stop [s]."""
-UNTIL_SAID = 5.0
-"""A docked vehicle is watched for this time at most until the controller says so [s]."""
+UNTIL_SAID = 5.0  # a docked vehicle is watched for this time at most until the controller says so [s]
 LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.GOAL_REJECTED, Status.FAILED)
 
 
@@ -67,7 +66,6 @@ def simulate(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     controller: Controller | None = None,
-    start: VehicleState | None = None,
     obstacles_at: Callable[[float], Outlines] | None = None,
     goal_source: GoalSource = GoalSource.DETECTED,
     detector: Detector | None = None,
@@ -83,7 +81,6 @@ def simulate(
         preset, method, seed: as on the command line; measured state and detections have a random stream each.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
-        start: true state at the beginning; default: at rest at the scenario's start, wheels straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or beside those
             of its area; those of its faults are added. The controller is given them every cycle.
         goal_source: how the goal is known; must be the default in a run without a detector.
@@ -102,9 +99,6 @@ def simulate(
     path = None if scenario.in_area else scenario.build_path()
     corridor = None if path is None else scenario.build_corridor(path)
     goal = scenario.goal_pose(path)
-    if start is None:
-        at = scenario.start_pose()
-        start = VehicleState(x=at.x, y=at.y, phi=at.phi, v=0.0, delta=0.0)
     if detector is None and measurement is not None:
         if camera is not None:
             detector = CameraDetector.of(camera, measurement, seed, seen)
@@ -120,7 +114,7 @@ def simulate(
         obstacles_at=obstacles_at,
     )
     controller = controller or mission_of(scenario, controller_of(scenario, config))
-    run = _Run(scenario, config, controller, scenery, feed, start, seed)
+    run = _Run(scenario, config, controller, scenery, feed, np.random.default_rng(seed))
     ended = run.to_its_end(progress)
     log = () if run.mission is None else run.mission.log
     planned = Planning()
@@ -158,17 +152,17 @@ class _Run:
         controller: Controller,
         scenery: Scenery,
         feed: GoalFeed,
-        start: VehicleState,
-        seed: int,
+        random: np.random.Generator,
     ) -> None:
         self.scenario, self.config, self.controller = scenario, config, controller
-        self.scenery, self.feed, self.random = scenery, feed, np.random.default_rng(seed)
+        self.scenery, self.feed, self.random = scenery, feed, random
         self.parameters = scenario.plant_parameters()
         core: Any = wrapped(controller)[-1]
         self.planner: DockingController | None = core if hasattr(core, "replans") else None
         self.mission = mission_in(controller)
         self.disturbances = Disturbances(faults=scenario.faults)
-        self.plant = PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
+        start = scenario.start_pose()
+        self.plant = PlantState(x=start.x, y=start.y, phi=start.phi)
         if self.planner is not None:
             # The controller smooths a given path where it cannot be driven.
             scenery.path = self.planner.path

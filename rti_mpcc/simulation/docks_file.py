@@ -31,10 +31,8 @@ from rti_mpcc.simulation.sections.goal import too_many_markers
 from rti_mpcc.simulation.sections.ground import AreaSection
 from rti_mpcc.steps import Dock, DockKind, Straight
 
-SPACING = 0.1
-"""Of the bodies of a vehicle along the approach that are checked [m]."""
-ROUNDING = 1e-6
-"""Bodies that overlap by no more touch [m]."""
+SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
+ROUNDING = 1e-6  # bodies that overlap by no more touch [m]
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
 
 

@@ -53,8 +53,7 @@ SIZES: dict[Kind, tuple[float, float, float]] = {
 """Default size and the open range it has to lie in; other kinds have no size."""
 
 FAILED = Stop("forced to fail", 0)
-_TIMED_OUT = Stop(TIME_IS_UP, 0)
-"""After no iteration: after a few iterations a QP may be solved."""
+_TIMED_OUT = Stop(TIME_IS_UP, 0)  # after no iteration: after a few iterations a QP may be solved
 
 
 class FaultSection(Section):

@@ -31,8 +31,7 @@ from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.sections.goal import CameraSection, MeasurementSection, ShiftSection
 from rti_mpcc.types import VehicleState
 
-RAW_HISTORY = 10.0
-"""A detection that is used as it is may arrive this late [s]."""
+RAW_HISTORY = 10.0  # a detection that is used as it is may arrive this late [s]
 Seen = Callable[[float, Image, CharucoDetection | None], None]
 """Called with every picture: stamp [s], the picture, and the detection that the controller gets, or None."""
 _OFTEN, _EXACT = MeasurementSection(rate=5.0, delay=0.1, visible_range=1e3), CameraSection()
@@ -126,23 +125,15 @@ class SimulatedDetector(TimedDetector):
 
 @dataclass(kw_only=True)
 class CameraDetector(TimedDetector):
-    """The goal by camera: a picture at each exposure, and the detection in it. See `Detector`.
+    """The goal by camera: a picture at each exposure, and the detection in it. See `Detector`."""
 
-    Attributes:
-        pictures: by the true camera, with the true board and light.
-        detector: works with the assumed camera and board.
-        section: rate, delay and ranges; faults: lost and wrong detections.
-        seen: called with every exposure, see `Seen`.
-        first: time of the first detection [s], or None; erred: the wrong detection is over.
-    """
-
-    pictures: BoardCamera
-    detector: CharucoGoalDetector
-    section: MeasurementSection = _OFTEN
-    faults: CameraSection = _EXACT
-    seen: Seen | None = None
-    first: float | None = None
-    erred: bool = False
+    pictures: BoardCamera  # by the true camera, with the true board and light
+    detector: CharucoGoalDetector  # works with the assumed camera and board
+    section: MeasurementSection = _OFTEN  # rate, delay and ranges
+    faults: CameraSection = _EXACT  # lost and wrong detections
+    seen: Seen | None = None  # called with every exposure
+    first: float | None = None  # time of the first detection [s]
+    erred: bool = False  # the wrong detection is over
 
     @classmethod
     def of(
@@ -195,26 +186,19 @@ class CameraDetector(TimedDetector):
 
 @dataclass(slots=True, kw_only=True)
 class GoalFeed:
-    """The true goal, the detector on the clock of a run, and the goal that the controller is given.
-
-    Attributes:
-        source: how the goal is known; planned: the goal at the start, None for the path's last pose.
-        goal: the true one; shifts: of it still to come; moved: whether there was one.
-        exposures: number of them; under_way: (arrival [s], detection).
-        newest, stamp: the goal by the newest raw detection, and its stamp [s]; poses: to place it.
-    """
+    """The true goal, the detector on the clock of a run, and the goal that the controller is given."""
 
     source: GoalSource
-    planned: Pose2 | None
-    goal: Pose2
-    shifts: tuple[ShiftSection, ...] = ()
-    moved: bool = False
+    planned: Pose2 | None  # at the start; None: the path's last pose
+    goal: Pose2  # the true one
+    shifts: tuple[ShiftSection, ...] = ()  # of the true goal, still to come
+    moved: bool = False  # whether there was a shift
     detector: Detector | None
-    exposures: int = 0
-    under_way: list[tuple[float, GoalMeasurement]] = field(default_factory=list)
-    newest: Pose2 | None = None
-    stamp: float = -1.0
-    poses: PoseHistory = field(default_factory=PoseHistory)
+    exposures: int = 0  # number of them
+    under_way: list[tuple[float, GoalMeasurement]] = field(default_factory=list)  # (arrival [s], detection)
+    newest: Pose2 | None = None  # the goal by the newest raw detection
+    stamp: float = -1.0  # of that detection [s]
+    poses: PoseHistory = field(default_factory=PoseHistory)  # to place raw detections
 
     def approach(self, vehicle: Pose2) -> Pose2:
         """The goal, moved by every shift whose distance the rear axle has come within."""

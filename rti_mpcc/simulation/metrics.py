@@ -24,12 +24,10 @@ from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spel
 from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.types import Array, Source, Status
 
-TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
-"""Figures of `summary` that differ from run to run."""
+TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")  # figures of `summary` that differ from run to run
 _ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
-_SLICE = 500
-"""Bodies checked in one call: bounds the memory of the exact check."""
+_SLICE = 500  # bodies checked in one call: bounds the memory of the exact check
 
 
 def summary(result: RunResult) -> dict[str, Any]:

@@ -48,42 +48,28 @@ SAME_TIME = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantFault:
-    """Actuators that do less than commanded from `begin` until before `end` [s]; shares of faults multiply.
-
-    Attributes:
-        steering_share: of the steering rate; 0: the steering is stuck.
-        braking_share: of an acceleration against the motion, > 0. At a standstill all of it acts.
-    """
+    """Actuators that do less than commanded from `begin` until before `end` [s]; shares multiply."""
 
     begin: float
     end: float
-    steering_share: float = 1.0
-    braking_share: float = 1.0
+    steering_share: float = 1.0  # of the steering rate; 0: the steering is stuck
+    braking_share: float = 1.0  # of an acceleration against the motion, > 0; at a standstill all of it acts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantParameters:
-    """The true vehicle; the controller knows neither the errors nor the gain.
+    """The true vehicle; the controller knows neither the errors nor the gain."""
 
-    Attributes:
-        wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
-        steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
-        dead_time: of both actuators [s]; drive_lag, steering_lag: of first order [s].
-        steering_offset: the wheels stand at delta + offset [rad].
-        acceleration_gain: true over commanded acceleration; acceleration_offset: is added to it [m/s²].
-        faults: of the actuators, in any order.
-    """
-
-    wheelbase: float
-    steering_limit: float
-    steering_rate_limit: float
-    acceleration_limit: float
-    dead_time: float = 0.0
-    drive_lag: float = 0.0
-    steering_lag: float = 0.0
-    steering_offset: float = 0.0
-    acceleration_gain: float = 1.0
-    acceleration_offset: float = 0.0
+    wheelbase: float  # [m]
+    steering_limit: float  # mechanical stop of the measured steering angle [rad]
+    steering_rate_limit: float  # the actuators saturate there [rad/s]
+    acceleration_limit: float  # likewise [m/s²]
+    dead_time: float = 0.0  # of both actuators [s]
+    drive_lag: float = 0.0  # of first order [s]
+    steering_lag: float = 0.0  # likewise
+    steering_offset: float = 0.0  # the wheels stand at delta + offset [rad]
+    acceleration_gain: float = 1.0  # true over commanded acceleration
+    acceleration_offset: float = 0.0  # is added to the acceleration [m/s²]
     faults: tuple[PlantFault, ...] = ()
 
     @classmethod
@@ -111,25 +97,18 @@ class PendingCommand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantState:
-    """The truth at one instant.
+    """The truth at one instant."""
 
-    Attributes:
-        time: [s]; x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
-        v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: that act [m/s²], [rad/s]; wanted: both as commanded, None: as they act.
-        pending: commands that have not taken effect, in the order of their times.
-    """
-
-    time: float = 0.0
-    x: float
-    y: float
-    phi: float
-    v: float = 0.0
-    delta: float = 0.0
-    acceleration: float = 0.0
-    steering_rate: float = 0.0
-    wanted: tuple[float, float] | None = None
-    pending: tuple[PendingCommand, ...] = ()
+    time: float = 0.0  # [s]
+    x: float  # of the rear axle [m]
+    y: float  # likewise [m]
+    phi: float  # heading, continuous [rad]
+    v: float = 0.0  # speed [m/s]
+    delta: float = 0.0  # steering angle as measured [rad]
+    acceleration: float = 0.0  # that acts [m/s²]
+    steering_rate: float = 0.0  # that acts [rad/s]
+    wanted: tuple[float, float] | None = None  # both as commanded; None: as they act
+    pending: tuple[PendingCommand, ...] = ()  # not yet in effect, in the order of their times
 
     @property
     def pose(self) -> Pose2:

@@ -18,35 +18,24 @@ from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Command, MissionResult
 
-STANDSTILL_SPEED = 0.02
-"""Slower than this [m/s] is standing."""
-DOCK_TIME = 0.5
-"""So long [s] inside tolerance and standing is docked."""
+STANDSTILL_SPEED = 0.02  # slower than this [m/s] is standing
+DOCK_TIME = 0.5  # so long [s] inside tolerance and standing is docked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """The truth at every plant step. All arrays are read-only.
+    """The truth at each of n plant steps. All arrays are read-only."""
 
-    Attributes:
-        times: (n,) [s]; poses: (n, 3) x [m], y [m], continuous phi [rad] of the rear axle.
-        v, delta: (n,) speed [m/s], steering angle as measured [rad].
-        theta: (n,) progress along the route [m], restarts with each one; part: (n,) index of its active part.
-        acceleration, steering_rate: (n,) of the actuators [m/s²], [rad/s], mean from this step to the next.
-        lateral_acceleration: (n,) v times the yaw rate [m/s²].
-        goals: (n, 3) the true goal x [m], y [m], phi [rad].
-    """
-
-    times: Array
-    poses: Array
-    v: Array
-    delta: Array
-    theta: Array
-    part: NDArray[np.int64]
-    acceleration: Array
-    steering_rate: Array
-    lateral_acceleration: Array
-    goals: Array
+    times: Array  # (n,) [s]
+    poses: Array  # (n, 3) x [m], y [m], continuous phi [rad] of the rear axle
+    v: Array  # (n,) speed [m/s]
+    delta: Array  # (n,) steering angle as measured [rad]
+    theta: Array  # (n,) progress along the route [m], restarts with each one
+    part: NDArray[np.int64]  # (n,) index of the route's active part
+    acceleration: Array  # (n,) of the drive [m/s²], mean from this step to the next
+    steering_rate: Array  # (n,) of the steering [rad/s], likewise
+    lateral_acceleration: Array  # (n,) v times the yaw rate [m/s²]
+    goals: Array  # (n, 3) the true goal x [m], y [m], phi [rad]
 
     @classmethod
     def of(cls, samples: Sequence[Sequence[float]], parameters: PlantParameters) -> Truth:
@@ -137,19 +126,7 @@ class Planning:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """A whole run.
-
-    Attributes:
-        scenario, preset, method, seed: of the run; goal_source: how the controller knew the goal.
-        config: settings of the controller; detector: whether there was a detector of the goal.
-        paths: (from time [s], route) in order of time: the given path, then the planned routes.
-        obstacles: (from time [s], outlines (k, 2) [m] beside those of the area) in order of time.
-        corridor: along the given path, area: around the vehicle; one of them is None.
-        planning: of routes; None along a path that the vehicle did not leave.
-        truth: at each plant step; cycles: see `cycle_table`.
-        ended: "docked", "mission over", "stopped" or "duration".
-        mission: all steps that were started; mission_result: None without a mission.
-    """
+    """A whole run."""
 
     scenario: Scenario
     preset: str
@@ -157,17 +134,19 @@ class RunResult:
     seed: int
     goal_source: GoalSource
     config: ControllerConfig
-    detector: bool
+    detector: bool  # whether there was a detector of the goal
+    # (From time [s], route) in order of time: the given path, then the planned routes.
     paths: tuple[tuple[float, ReferencePath], ...]
+    # (From time [s], outlines (k, 2) [m] beside those of the area) in order of time.
     obstacles: tuple[tuple[float, tuple[Array, ...]], ...]
-    corridor: Corridor | None
-    area: Area | None
-    planning: Planning | None
+    corridor: Corridor | None  # along the given path
+    area: Area | None  # in place of a path and its corridor
+    planning: Planning | None  # None along a path that the vehicle did not leave
     truth: Truth
     cycles: Cycles
-    ended: str
-    mission: tuple[StepRecord, ...] = ()
-    mission_result: MissionResult | None = None
+    ended: str  # "docked", "mission over", "stopped" or "duration"
+    mission: tuple[StepRecord, ...] = ()  # all steps that were started
+    mission_result: MissionResult | None = None  # None without a mission
 
     @property
     def path(self) -> ReferencePath:

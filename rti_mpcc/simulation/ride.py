@@ -12,10 +12,8 @@ from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth
 from rti_mpcc.types import Array
 
-TURNING_TRAVEL = 0.05
-"""A change of direction counts after this travel in the new one [m]."""
-HARD = 1.1
-"""Braking with more than this multiple of the comfort acceleration is hard."""
+TURNING_TRAVEL = 0.05  # a change of direction counts after this travel in the new one [m]
+HARD = 1.1  # braking with more than this multiple of the comfort acceleration is hard
 _ROUNDING = 1e-9
 
 

@@ -20,39 +20,26 @@ from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.types import Array
 
-THICKNESS = 0.5
-"""Of an obstacle that blocks the route, along it [m]."""
-ACROSS = 10.0
-"""Its largest reach to each side of the path, if no boundary is nearer [m]."""
-BESIDE = 0.5
-"""Its reach in an area beyond both sides of a body on the path [m]."""
-_TOUCHING = 1e-3
-"""Bodies that are nearer to one another are in contact [m]."""
-_SLICE = 500
-"""Bodies measured in one call: few things are near to so few of them."""
+THICKNESS = 0.5  # of an obstacle that blocks the route, along it [m]
+ACROSS = 10.0  # its largest reach to each side of the path, if no boundary is nearer [m]
+BESIDE = 0.5  # its reach in an area beyond both sides of a body on the path [m]
+_TOUCHING = 1e-3  # bodies that are nearer to one another are in contact [m]
+_SLICE = 500  # bodies measured in one call: few things are near to so few of them
 
 Outlines = Sequence[Array]
 
 
 @dataclass(slots=True, kw_only=True)
 class Scenery:
-    """Every change of the obstacles of a run.
+    """Every change of the obstacles of a run: of the corridor's, or beside those of the area."""
 
-    Attributes:
-        path: the current route, None before the first one; corridor: along the path, None in an area.
-        faults: those that block the route; walls: the outline of each across the route.
-        obstacles_at: polygons (k, 2) [m] at a time [s] in place of the corridor's own, or beside those of
-            the area; or None.
-        changes: (from time [s], obstacles) in order of time: those of the corridor, or beside the area's.
-    """
-
-    path: ReferencePath | None
-    corridor: Corridor | None
+    path: ReferencePath | None  # the current route, None before the first one
+    corridor: Corridor | None  # along the path, None in an area
     vehicle: Vehicle
-    faults: tuple[FaultSection, ...] = ()
-    obstacles_at: Callable[[float], Outlines] | None = None
-    changes: list[tuple[float, Outlines]] = field(default_factory=list)
-    walls: dict[FaultSection, Array] = field(default_factory=dict)
+    faults: tuple[FaultSection, ...] = ()  # those that block the route
+    obstacles_at: Callable[[float], Outlines] | None = None  # see `simulate`
+    changes: list[tuple[float, Outlines]] = field(default_factory=list)  # (from time [s], obstacles)
+    walls: dict[FaultSection, Array] = field(default_factory=dict)  # of each fault across the route
 
     @property
     def changing(self) -> bool:

@@ -35,8 +35,7 @@ ROOM = 0.1
 """A shift is halved, at most `HALVINGS` times, until the body has this clearance [m], or that without the
 shift, at the start and at the goal of an area."""
 HALVINGS = 6
-DIGITS = 5
-"""Of all random values, so that a saved case is readable."""
+DIGITS = 5  # of all random values, so that a saved case is readable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -87,10 +87,9 @@ class Section(BaseModel):
 
 
 def _not_huge(vehicle: Vehicle) -> Vehicle:
-    given = {name: getattr(vehicle, name) for name in ("wheelbase", "width", "front", "rear")}
-    huge = [name for name in given if name in vehicle.model_fields_set and given[name] > 100.0]
-    if huge:
-        raise WrongTable([KeyProblem(name, given[name], "must be <= 100") for name in huge])
+    lengths = vehicle.model_dump(include={"wheelbase", "width", "front", "rear"}, exclude_unset=True)
+    if huge := [KeyProblem(key, size, "must be <= 100") for key, size in lengths.items() if size > 100.0]:
+        raise WrongTable(huge)
     return vehicle
 
 
