@@ -99,14 +99,9 @@ class Recording:
 def read_recording(
     file: str | PathLike[str], *, allow_truncated: bool = False, allow_changed: bool = False
 ) -> Recording:
-    """Read a recording.
+    """Read a recording; if that is allowed, the whole cycles of a truncated one, or lines that were changed.
 
-    Args:
-        allow_truncated: take the whole cycles of a recording that was cut off.
-        allow_changed: take the cycles of lines that were changed and can still be read.
-
-    Raises:
-        RecordingError: the file cannot be read, or is no recording, of another version, cut off or changed.
+    Raises RecordingError for a file that cannot be read, is no recording, or one of another version.
     """
     try:
         recording = _recording(content(file, RECORDING), allow_truncated)

@@ -36,13 +36,10 @@ class Recorder:
     The controller is given what the recording holds: numbers of other types reach it as float64, and NaN for
     whatever is none. Orders that it is given by others than its mission are not recorded. The command is
     returned after its line was written: a slow disk makes it late, which no deadline counts. Writing never
-    stops the controller: if it fails, `problem` says why, and the vehicle is driven on without it.
+    stops the controller: if it fails, `problem` says why, and the vehicle is driven on without it. The QPs of
+    failed cycles go to the folder `dump_failed`, see `dump_problem`.
 
-    Args:
-        dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
-
-    Raises:
-        InputError: the controller has stepped before. OSError: the file or the folder cannot be made.
+    Raises InputError for a controller that has stepped before, OSError if file or folder cannot be made.
     """
 
     def __init__(
@@ -155,8 +152,7 @@ def run_cycle(
 ) -> tuple[Cycle, Exception | None]:
     """Let the controller or mission make one cycle; returns the cycle, and the error that it raised.
 
-    Args:
-        dumps: folder for the QP of the cycle if it fails, see `dump_problem`; None: it is not kept.
+    The QP of a cycle that fails goes to the folder `dumps`, if there is one.
     """
     command, error, core = None, None, core_of(driver)
     given = {name: getattr(inputs, name) for name in ("now", "goal", "measurements", "obstacles")}

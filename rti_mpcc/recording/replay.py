@@ -68,16 +68,13 @@ def replay(
     """Drive a new controller by a recording and compare commands, diagnostics (but times) and plans.
 
     Args:
-        file: that a `Recorder` wrote.
         tolerance: of numbers, absolute up to 1 and relative above; 0: bit for bit. None: that on a machine
             like the recording's with the same versions, 1e-9 elsewhere.
         allow_truncated: replay the whole cycles of a recording that was cut off.
         dump_failed: folder for the QPs of failed cycles, see `dump_problem`.
         progress: called after each cycle with how many are done, and how many there are.
 
-    Raises:
-        RecordingError: as `read_recording`, but that cycles may be changed.
-        InputError: a tolerance that is negative or not a number.
+    Raises InputError for a negative tolerance, RecordingError as `read_recording`, but lines may be changed.
     """
     if tolerance is not None and not tolerance >= 0.0:
         raise InputError(f"tolerance = {tolerance}: must be >= 0")

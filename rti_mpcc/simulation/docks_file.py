@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field
 
 from estimation import CharucoBoard
 from geometry import Area, Pose2
@@ -76,14 +76,9 @@ class DockSection(Section):
     contact: ContactSection | None = None
     uncertainty: TwoPositive | None = None
 
-    @field_validator("name")
-    @classmethod
-    def _can_be_read(cls, name: str) -> str:
-        if not name or name != name.strip() or not name.isprintable():
-            raise ValueError("must be text in one line, without blanks at its ends")
-        return name
-
     def _problems(self) -> Iterator[KeyProblem]:
+        if not self.name or self.name != self.name.strip() or not self.name.isprintable():
+            yield KeyProblem("name", self.name, "must be text in one line, without blanks at its ends")
         if self.body is not None:
             yield from polygon_problems("body", self.body)
         if self.uncertainty is not None and (self.body is None or self.approach is None):
@@ -104,7 +99,7 @@ class DockSection(Section):
             name=self.name,
             kind=DockKind(self.kind),
             tolerance=self.tolerance,
-            body=None if self.body is None else np.array(self.body),
+            body=self.body,
             board=self.board,
             approach=None if approach is None else approach.build(),
             contact=None if contact is None else Straight(**contact.model_dump(exclude_none=True)),

@@ -86,13 +86,9 @@ class FaultSection(Section):
 
 def plant_faults(faults: Iterable[FaultSection]) -> tuple[PlantFault, ...]:
     """The faults of the vehicle itself, as the plant takes them."""
-    made = []
-    for fault in faults:
-        if fault.kind == "stuck_steering":
-            made.append(PlantFault(begin=fault.begin, end=fault.end, steering_share=0.0))
-        if fault.kind == "weak_brakes":
-            made.append(PlantFault(begin=fault.begin, end=fault.end, braking_share=fault.amount))
-    return tuple(made)
+    shares = {"stuck_steering": "steering_share", "weak_brakes": "braking_share"}
+    some = [fault for fault in faults if fault.kind in shares]
+    return tuple(PlantFault(begin=f.begin, end=f.end, **{shares[f.kind]: f.amount}) for f in some)
 
 
 class ForcedClock(CycleClock):
