@@ -29,27 +29,15 @@ def integer(least: int) -> Callable[[str], int]:
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "scenario": {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"},
-    "--method": {
-        "choices": METHODS,
-        "default": "dynamic",
-        "help": "method of the objective; default: dynamic",
-    },
-    "--preset": {
-        "choices": PRESETS,
-        "default": "default",
-        "help": "preset of all settings; default: default",
-    },
+    "--method": {"choices": METHODS, "default": "dynamic", "help": "objective's method; default: dynamic"},
+    "--preset": {"choices": PRESETS, "default": "default", "help": "preset of settings; default: default"},
     "--seed": {
         "type": integer(0),
         "default": 0,
         "metavar": "N",
         "help": "random seed for all noise; default: 0",
     },
-    "--dump-failed": {
-        "type": Path,
-        "metavar": "DIR",
-        "help": "folder for the QP of each failed cycle, as .npz",
-    },
+    "--dump-failed": {"type": Path, "metavar": "DIR", "help": "folder for the QPs of failed cycles, as .npz"},
     "--jobs": {"type": integer(1), "metavar": "K", "help": "number of processes; default: one a core"},
     "--partial": {"action": "store_true", "help": "use the whole cycles of a truncated recording"},
 }
