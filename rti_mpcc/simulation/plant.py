@@ -87,15 +87,6 @@ class PlantParameters:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PendingCommand:
-    """A command on its way to the actuators: takes effect at `time` [s]; a [m/s²], delta_dot [rad/s]."""
-
-    time: float
-    acceleration: float
-    steering_rate: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class PlantState:
     """The truth at one instant."""
 
@@ -108,7 +99,8 @@ class PlantState:
     acceleration: float = 0.0  # that acts [m/s²]
     steering_rate: float = 0.0  # that acts [rad/s]
     wanted: tuple[float, float] | None = None  # both as commanded; None: as they act
-    pending: tuple[PendingCommand, ...] = ()  # not yet in effect, in the order of their times
+    # (From time [s], both as commanded), in order.
+    pending: tuple[tuple[float, tuple[float, float]], ...] = ()
 
     @property
     def pose(self) -> Pose2:
@@ -136,12 +128,11 @@ def issue(
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
-    queued = PendingCommand(
-        time=plant.time + parameters.dead_time + delay,
-        acceleration=_clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain,
-        steering_rate=_clip(steering_rate, parameters.steering_rate_limit),
-    )
-    place = sum(command.time <= queued.time + SAME_TIME for command in plant.pending)
+    acceleration = _clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain
+    steering_rate = _clip(steering_rate, parameters.steering_rate_limit)
+    begin = plant.time + parameters.dead_time + delay
+    place = sum(time <= begin + SAME_TIME for time, _ in plant.pending)
+    queued = begin, (acceleration, steering_rate)
     return replace(plant, pending=(*plant.pending[:place], queued, *plant.pending[place:]))
 
 
@@ -149,12 +140,11 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
     """The plant at time `until` [s] (not before its own time), cut wherever an actuator switches."""
     longest = _LAG_STEP if parameters.drive_lag or parameters.steering_lag else _LONGEST_STEP
     while True:
-        if due := [command for command in plant.pending if command.time <= plant.time + SAME_TIME]:
-            wanted = due[-1].acceleration, due[-1].steering_rate  # of several the last one
-            plant = replace(plant, wanted=wanted, pending=plant.pending[len(due) :])
+        if due := [wanted for time, wanted in plant.pending if time <= plant.time + SAME_TIME]:
+            plant = replace(plant, wanted=due[-1], pending=plant.pending[len(due) :])
         if until - plant.time <= SAME_TIME:
             return _following(plant, parameters, 0.0)
-        switch = plant.pending[0].time if plant.pending else inf
+        switch = plant.pending[0][0] if plant.pending else inf
         steering_share, braking_share, change = _shares(plant, parameters)
         acting, offset = _following(plant, parameters, 0.5 * longest), parameters.acceleration_offset
         acceleration, standstill = _acceleration_until_standstill(acting, offset, braking_share)
@@ -179,8 +169,6 @@ def _lagged(value: float, towards: float, seconds: float, lag: float) -> float:
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
     """Shares of steering rate and braking that act, and until when [s]."""
-    if not parameters.faults:
-        return 1.0, 1.0, inf
     now = plant.time + SAME_TIME
     acting = [fault for fault in parameters.faults if fault.begin <= now < fault.end]
     edges = [edge for fault in parameters.faults for edge in (fault.begin, fault.end) if edge > now]

@@ -253,25 +253,6 @@ class Scenario(Section):
                 value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
                 yield KeyProblem(key, value, f"out of reach, {problem}")
 
-    def remarks(self) -> list[str]:
-        """Warnings, a line each: degrees in place of radians, and a path that bends too sharply."""
-        path = self.path
-        poses: dict[str, Any] = {
-            "start.pose": self.start and self.start.pose,
-            "path.start": path and path.start,
-            "goal.pose": self.goal.pose,
-            "goal.offset": self.goal.offset,
-            "home.pose": self.home and self.home.pose,
-        }
-        found = [degrees_hint(f"{key}[2]", pose[2]) for key, pose in poses.items() if pose is not None]
-        if path is not None:
-            bend, possible = path.build().max_curvature, tan(self.limits.steering) / self.vehicle.wheelbase
-            if bend > possible * (1.0 + 1e-9):
-                most = f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m)"
-                told = f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer {most}"
-                found.append(f"{told}; it is smoothed or left there")
-        return [remark for remark in found if remark]
-
 
 def builtin_names() -> tuple[str, ...]:
     """Names of the scenarios that come with the package, sorted."""
@@ -287,8 +268,8 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
         file = Path(str(_BUILT_IN / f"{name}.toml"))
-        return _remarked(read_toml(Scenario, file, file.name), file.name)
-    if file.suffix != ".toml":
+        name = file.name
+    elif file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
     return _remarked(read_toml(Scenario, file, name), name)
 
@@ -305,8 +286,25 @@ def scenario_from_dict(
 
 
 def _remarked(scenario: Scenario, source: str) -> Scenario:
-    for remark in scenario.remarks():
-        _LOG.warning("%s: %s", source, remark)
+    """Warn of degrees in place of radians, and of a path that bends too sharply."""
+    path, goal = scenario.path, scenario.goal
+    poses: dict[str, Any] = {
+        "start.pose": scenario.start and scenario.start.pose,
+        "path.start": path and path.start,
+        "goal.pose": goal.pose,
+        "goal.offset": goal.offset,
+        "home.pose": scenario.home and scenario.home.pose,
+    }
+    for key, pose in poses.items():
+        if pose is not None and (hint := degrees_hint(f"{key}[2]", pose[2])):
+            _LOG.warning("%s: %s", source, hint)
+    if path is not None:
+        bend = path.build().max_curvature
+        possible = tan(scenario.limits.steering) / scenario.vehicle.wheelbase
+        if bend > possible * (1.0 + 1e-9):
+            most = f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m)"
+            told = f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer {most}"
+            _LOG.warning("%s: %s; it is smoothed or left there", source, told)
     return scenario
 
 
