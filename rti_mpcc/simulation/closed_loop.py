@@ -98,13 +98,13 @@ def simulate(
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     path = None if scenario.in_area else scenario.build_path()
     corridor = None if path is None else scenario.build_corridor(path)
-    goal = scenario.goal_pose(path)
+    goal = scenario.goal_pose()
     if detector is None and measurement is not None:
         if camera is not None:
             detector = CameraDetector.of(camera, measurement, seed, seen)
         else:
             detector = SimulatedDetector(section=measurement, random=np.random.default_rng([seed, 1]))
-    first, shifts = scenario.planned_goal(path), scenario.goal.shifts
+    first, shifts = scenario.planned_goal(), scenario.goal.shifts
     feed = GoalFeed(source=source, planned=first, goal=goal, shifts=shifts, detector=detector)
     scenery = Scenery(
         path=path,

@@ -120,19 +120,18 @@ class Scenario(Section):
         ends = [(pose.x, pose.y) for pose in (self.start_pose(), self.goal_pose())]
         return self.area.build().bounded(ends, BOX)
 
-    def goal_pose(self, path: ReferencePath | None = None) -> Pose2:
-        """The true goal before any shift, world frame. Raises InputError where it needs the `path`."""
+    def goal_pose(self) -> Pose2:
+        """The true goal before any shift, world frame. Raises as `build_path`."""
         if self.goal.pose is not None:
             return Pose2(*self.goal.pose)
-        if path is None:
-            raise InputError("goal.pose: required where there is no path")
-        return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
+        end = self.build_path().end
+        return end if self.goal.offset is None else end.compose(Pose2(*self.goal.offset))
 
-    def planned_goal(self, path: ReferencePath | None = None) -> Pose2 | None:
-        """The goal at the controller's start, None: the path's last pose. Arguments as `goal_pose`."""
+    def planned_goal(self) -> Pose2 | None:
+        """The goal at the controller's start; None: the path's last pose."""
         if self.goal.measurement is not None:
-            return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
-        return None if self.goal.is_path_end else self.goal_pose(path)
+            return self.goal_pose().compose(Pose2(*self.goal.measurement.initial_offset))
+        return None if self.goal.is_path_end else self.goal_pose()
 
     def controller_config(
         self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
@@ -167,7 +166,7 @@ class Scenario(Section):
         if section.docking_time is None:
             return config
         path = self.build_path()
-        return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
+        return config_for_docking_time(section.docking_time, path, config, self.planned_goal())
 
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
@@ -241,7 +240,7 @@ class Scenario(Section):
         if narrowest < width - 1e-6:
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
             yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
-        goal = self.goal_pose(path)
+        goal = self.goal_pose()
         goals = {} if self.goal.is_path_end else {"goal": goal}
         if (seen := self.goal.measurement) is not None:
             goals = {"goal.measurement.initial_offset": goal.compose(Pose2(*seen.initial_offset)), **goals}

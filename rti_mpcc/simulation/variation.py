@@ -65,7 +65,7 @@ class VariedCase:
     def drawn(self, scenario: Scenario) -> Drawn:
         """How start and goal are shifted: along, beside [m], turned [rad]; the plant as in the scenario."""
         start = scenario.start_pose().relative_to(self.base.start_pose())
-        goal = _goal(scenario).relative_to(_goal(self.base))
+        goal = scenario.goal_pose().relative_to(self.base.goal_pose())
         names = ("state_noise", "wheelbase_error", "steering_offset", "acceleration_gain", "dead_time")
         return {
             "course": {"start": _rounded(start), "goal": _rounded(goal)},
@@ -133,10 +133,6 @@ def _room(scenario: Scenario) -> float:
         return float(area_clearance(scenario.build_area(), np.array(poses), vehicle).min())
     bodies = body_polygons(np.array(poses), vehicle)
     return float(scenario.build_corridor(scenario.build_path()).clearance(0, bodies)[0])
-
-
-def _goal(scenario: Scenario) -> Pose2:
-    return scenario.goal_pose(None if scenario.in_area else scenario.build_path())
 
 
 def _drawn(random: np.random.Generator, most: float) -> float:

@@ -25,7 +25,7 @@ from tests.rti_mpcc.docking_runs import short
 SCENARIO = short()
 """An S of 12 m in reverse."""
 CYCLE = SCENARIO.simulation.cycle
-GOAL = SCENARIO.goal_pose(SCENARIO.build_path())
+GOAL = SCENARIO.goal_pose()
 
 Given = Callable[[int, VehicleState], dict[str, Any]]
 """Arguments of the step of a cycle, or of the place of the measured state, in place of the usual ones."""
