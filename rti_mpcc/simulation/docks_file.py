@@ -19,17 +19,17 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation.scenery import area_clearance
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
-    Positive,
+    Pair,
     Section,
-    Tolerance,
+    Triple,
     VehicleTable,
-    polygon_problems,
     read_toml,
+    refusal,
 )
-from rti_mpcc.simulation.sections.controller import ApproachSection
+from rti_mpcc.simulation.sections.controller import ApproachSection, MoveSection
 from rti_mpcc.simulation.sections.goal import too_many_markers
 from rti_mpcc.simulation.sections.ground import AreaSection
-from rti_mpcc.steps import Dock, DockKind, Straight
+from rti_mpcc.steps import Dock, DockKind
 
 SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
 ROUNDING = 1e-6  # bodies that overlap by no more touch [m]
@@ -47,20 +47,6 @@ Pose = Annotated[
 ]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]
-TwoPositive = Annotated[tuple[Positive, Positive], Field(strict=False)]
-
-
-class ContactSection(Section):
-    """The move that ends in contact, with the keys and defaults of `Straight`."""
-
-    distance: float = Field(ge=-100.0, le=100.0)
-    speed: Positive | None = None
-    steering: Positive | None = None
-    tolerance: TwoPositive | None = None
-
-    def _problems(self) -> Iterator[KeyProblem]:
-        if self.distance == 0.0:
-            yield KeyProblem("distance", self.distance, "must not be 0")
 
 
 class DockSection(Section):
@@ -69,25 +55,20 @@ class DockSection(Section):
     name: str
     pose: Pose
     kind: Literal["known", "detected", "charuco"] = "known"
-    tolerance: Tolerance | None = None
+    tolerance: Triple | None = None
     body: Outline | None = None
     board: CharucoBoard | None = None
     approach: ApproachSection | None = None
-    contact: ContactSection | None = None
-    uncertainty: TwoPositive | None = None
+    contact: MoveSection | None = None
+    uncertainty: Pair | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
         if not self.name or self.name != self.name.strip() or not self.name.isprintable():
             yield KeyProblem("name", self.name, "must be text in one line, without blanks at its ends")
-        if self.body is not None:
-            yield from polygon_problems("body", self.body)
-        if self.uncertainty is not None and (self.body is None or self.approach is None):
-            allowed = "only of a dock with a body and an approach"
-            yield KeyProblem("uncertainty", list(self.uncertainty), allowed)
-        if self.board is None and self.kind == "charuco":
-            yield KeyProblem("board", None, "required for kind = 'charuco'")
         if self.board is not None and self.kind != "charuco":
             yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
+        else:
+            yield from refusal("", None, self.build)
         if self.board is not None:
             yield from too_many_markers("board", self.board)
 
@@ -102,7 +83,7 @@ class DockSection(Section):
             body=self.body,
             board=self.board,
             approach=None if approach is None else approach.build(),
-            contact=None if contact is None else Straight(**contact.model_dump(exclude_none=True)),
+            contact=None if contact is None else contact.build(),
             uncertainty=self.uncertainty,
         )
 

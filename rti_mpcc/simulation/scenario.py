@@ -20,14 +20,7 @@ from pydantic import Field
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.config import (
-    COMFORT_ACCELERATION,
-    ActuatorModel,
-    ControllerConfig,
-    GoalTracking,
-    Limits,
-    Vehicle,
-)
+from rti_mpcc.config import ActuatorModel, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.paper import with_method
 from rti_mpcc.planning.goals import checked_goal
@@ -175,10 +168,6 @@ class Scenario(Section):
 
     def _problems(self) -> Iterator[KeyProblem]:
         found = [*self._ground_problems(), *self._mission_problems()]
-        comfort = self.controller.comfort_acceleration or COMFORT_ACCELERATION
-        if comfort > self.limits.acceleration:
-            allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
-            found.append(KeyProblem("controller.comfort_acceleration", comfort, allowed))
         if not found and self.path is not None and self.corridor is not None:
             found += self._problems_along(self.path.build(), self.corridor)
         yield from found or refusal("controller", None, self.controller_config)
@@ -226,16 +215,12 @@ class Scenario(Section):
 
     def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
-        width = self.vehicle.least_width
-        if narrow := [each.below("corridor") for each in section.problems_along(path, width)]:
-            yield from narrow
-            return
         try:
             corridor = section.build(path)
         except InputError as error:
-            yield KeyProblem("corridor", None, str(error))
+            yield KeyProblem("corridor", None, str(error).removesuffix("."))
             return
-        narrowest, theta = corridor.narrowest()
+        (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
         if narrowest < width - 1e-6:
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"

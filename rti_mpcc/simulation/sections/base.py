@@ -20,7 +20,6 @@ from pydantic_core import ErrorDetails
 
 from geometry import files
 from geometry.errors import shown
-from geometry.outline import Shape, checked_polygon
 from geometry.settings import did_you_mean
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ConfigError, InputError, ScenarioError
@@ -107,19 +106,8 @@ def refusal(key: str, value: object, build: Callable[[], object]) -> list[KeyPro
     try:
         build()
     except InputError as error:
-        return [KeyProblem(key, value, str(error))]
+        return [KeyProblem(key, value, str(error).removesuffix("."))]
     return []
-
-
-def polygon_problems(
-    key: str, polygon: Polygon, check: Callable[[Polygon, str], Shape] = checked_polygon
-) -> Iterator[KeyProblem]:
-    """That an outline crosses itself, or has no area where it needs one."""
-    try:
-        check(polygon, "it")
-    except InputError as error:
-        allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
-        yield KeyProblem(key, [list(corner) for corner in polygon], allowed)
 
 
 def read_toml(model: type[Model], file: Path, source: str) -> Model:

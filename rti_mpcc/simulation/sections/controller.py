@@ -11,7 +11,15 @@ from pydantic import Field
 from geometry import Pose2
 from rti_mpcc.config import EXIT, Ride
 from rti_mpcc.config.vehicle import Delay
-from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Pair, Positive, Section, Triple
+from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
+    NotNegative,
+    Pair,
+    Positive,
+    Section,
+    Triple,
+    refusal,
+)
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait
 
 _Noise = Annotated[
@@ -100,14 +108,26 @@ class WaitStep(StepSection):
     seconds: float
 
 
-class StraightStep(StepSection):
-    """Drive straight on; with `contact` until the vehicle touches what it docks at."""
+class MoveSection(Section):
+    """The keys of a straight move, see `Straight`."""
 
-    kind: Literal["straight"]
     distance: float
     speed: float | None = None
     steering: float | None = None
     tolerance: Pair | None = None
+
+    def _problems(self) -> Iterator[KeyProblem]:
+        yield from refusal("", None, self.build)
+
+    def build(self) -> Straight:
+        """The move. Raises InputError."""
+        return Straight(**self.model_dump(include=set(MoveSection.model_fields), exclude_none=True))
+
+
+class StraightStep(StepSection, MoveSection):
+    """Drive straight on; with `contact` until the vehicle touches what it docks at."""
+
+    kind: Literal["straight"]
     contact: bool | None = None
 
 

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from estimation import Camera, CharucoBoard, DetectionNoise
 from estimation.charuco import opencv_board
+from geometry.outline import checked_polygon
 from rti_mpcc.simulation.camera import Optics
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
@@ -20,7 +21,7 @@ from rti_mpcc.simulation.sections.base import (
     Section,
     Tolerance,
     Triple,
-    polygon_problems,
+    refusal,
 )
 
 _NOISE = DetectionNoise()
@@ -162,8 +163,8 @@ class GoalSection(Section):
     def _problems(self) -> Iterator[KeyProblem]:
         if self.offset is not None and self.pose is not None:
             yield KeyProblem("pose", self.pose, "either offset or pose, not both")
-        if self.body is not None:
-            yield from polygon_problems("body", self.body)
+        if (body := self.body) is not None:
+            yield from refusal("", None, lambda: checked_polygon(body, "body"))
         if self.camera is not None and self.measurement is None:
             allowed = "needs [goal.measurement], which says when and how far it sees"
             yield KeyProblem("camera", None, allowed)

@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
-from geometry.outline import checked_shape
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
@@ -18,7 +17,6 @@ from rti_mpcc.simulation.sections.base import (
     Section,
     Triple,
     beside_the_file,
-    polygon_problems,
     refusal,
 )
 
@@ -103,23 +101,6 @@ class CorridorSection(Section):
             path, left=self.left, right=self.right, narrowings=narrowings, obstacles=self.obstacles
         )
 
-    def problems_along(self, path: ReferencePath, width: float) -> Iterator[KeyProblem]:
-        """Offsets and narrowings that leave no room for a body of this width [m], or are not on the path."""
-        if self.left is None or self.right is None:
-            return
-        allowed = f"left - right must be >= the body's width {width} m"
-        if self.left - self.right < width:
-            yield KeyProblem("left", f"{self.left} with right = {self.right}", allowed)
-            return
-        for index, each in enumerate(self.narrowings):
-            left = self.left if each.left is None else each.left
-            right = self.right if each.right is None else each.right
-            if not each.start < each.end <= path.length + 1e-9:
-                most = f"must be above from = {each.start} and at most the path's length {path.length:.6g}"
-                yield KeyProblem(f"narrowings[{index}].to", each.end, most)
-            elif left - right < width:
-                yield KeyProblem(f"narrowings[{index}]", f"left {left}, right {right}", allowed)
-
 
 class AreaSection(Section):
     """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
@@ -136,11 +117,8 @@ class AreaSection(Section):
     def _problems(self) -> Iterator[KeyProblem]:
         if self.map is not None and (self.boundary or self.obstacles):
             yield KeyProblem("map", self.map, "either map, or boundary and obstacles, not both")
-            return
-        wrong = [] if self.boundary is None else list(polygon_problems("boundary", self.boundary))
-        for index, obstacle in enumerate(self.obstacles):
-            wrong += polygon_problems(f"obstacles[{index}]", obstacle, checked_shape)
-        yield from wrong or refusal("" if self.map is None else "map", self.map, self.build)
+        else:
+            yield from refusal("" if self.map is None else "map", self.map, self.build)
 
     def build(self) -> Area:
         """The area. Raises AreaError."""
