@@ -40,7 +40,6 @@ from rti_mpcc.simulation.sections.base import (
 )
 from rti_mpcc.simulation.sections.controller import (
     ControllerSection,
-    DockStep,
     MissionSection,
     SimulationSection,
     StraightStep,
@@ -202,12 +201,7 @@ class Scenario(Section):
             key = f"mission[{index}]"
             if isinstance(step, StraightStep) and step.contact and body is None:
                 yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
-            planned = ("approach", "tolerance", "uncertainty") if isinstance(step, DockStep) else ()
-            misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
-            allowed = "only in an area, where the route to the dock is planned"
-            yield from (KeyProblem(f"{key}.{name}", None, allowed) for name in misplaced)
-            if not misplaced:
-                yield from refusal(key, None, partial(built_step, step, goal, body))
+            yield from refusal(key, None, partial(built_step, step, goal, body))
             if step.retry_from is not None and step.retry_from > index:
                 yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:
