@@ -25,7 +25,7 @@ from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
 from rti_mpcc.report.table import compared, comparison_tables, run_label
-from rti_mpcc.simulation import docking_controller, load_scenario
+from rti_mpcc.simulation import driver_of, load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
@@ -96,7 +96,7 @@ def _animated(
     outcomes: list[DrivenCase] = []
     rides: dict[str, list[Ride]] = {}
     for case in cases:
-        observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))
+        observer = Observer(driver_of(case.scenario, preset=case.preset, method=case.method))
         outcome = drive(case, observer)
         outcomes.append(outcome)
         ride = ride_of_run(outcome.result, observer.moments, title=run_label(outcome.figures))

@@ -55,11 +55,6 @@ class KeyProblem(NamedTuple):
         value = "" if self.value is None else f" = {shown(self.value)}"
         return f"{key}{value}: {self.allowed}"
 
-    def below(self, key: str) -> KeyProblem:
-        """The same problem, of a table that is at `key`."""
-        dot = "" if self.key[:1] in ("", "[") or not key else "."
-        return self._replace(key=key + dot + self.key)
-
 
 class WrongTable(ValueError):
     """Values of a table that do not go together; keys of the problems are relative to the table."""
@@ -149,7 +144,9 @@ def _translated(error: ValidationError, model: type[BaseModel], at: Location = (
         cause = item.get("ctx", {}).get("error")
         if isinstance(cause, WrongTable):
             key, _ = _resolved(location, model)
-            found += [problem.below(key) for problem in cause.problems]
+            for problem in cause.problems:
+                dot = "" if problem.key[:1] in ("", "[") or not key else "."
+                found.append(problem._replace(key=key + dot + problem.key))
         elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
             # It names the class of the settings, which a file does not know.
             found += _translated(cause.__context__, model, location)
