@@ -52,8 +52,7 @@ class Controller(Protocol):
     ) -> Command:
         """The command to apply until the next step, see `DockingController.step`.
 
-        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only, and a
-        `clock` in the cycles of a fault of the solver only.
+        It is given a `clock`, too, in the cycles of a fault of the solver.
         """
         ...
 
@@ -238,11 +237,8 @@ class _Run:
         else:
             # Without a path there is always a goal, and it is given.
             goal = faults.goal(goal, now, feed.goal if self.path is None else self.path.end)
-        arguments: dict[str, Any] = {"goal": goal}
-        if feed.detector is not None:
-            arguments["measurements"] = detections
-        if self.scenery.changing:
-            arguments["obstacles"] = obstacles
+        arguments: dict[str, Any] = {"goal": goal, "measurements": detections}
+        arguments["obstacles"] = obstacles if self.scenery.changing else None
         if self.mission is not None:
             body = self.scenario.goal.body
             outline = None if body is None else outline_at(body, feed.goal)
