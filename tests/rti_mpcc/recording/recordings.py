@@ -16,7 +16,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.qp.solver import SLICE_ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
-from rti_mpcc.recording.codec import from_line, to_line
+from rti_mpcc.recording.contents import from_line, to_line
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, VehicleState
