@@ -19,7 +19,7 @@ from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
 from benchmarks.tables import command_line
 from rti_mpcc.cli import exit_status
-from rti_mpcc.cli.arguments import non_negative
+from rti_mpcc.cli.arguments import integer
 from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
 from rti_mpcc.config import ControllerConfig, Ride
 from rti_mpcc.paper import METHODS
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
         "--deadline", type=float, metavar="S", help="deadline of each cycle [s]; default: none"
     )
     asked.add_argument(
-        "--only", type=non_negative, nargs="+", metavar="I", help="cases that are driven; default: all"
+        "--only", type=integer(0), nargs="+", metavar="I", help="cases that are driven; default: all"
     )
     asked.set_defaults(command=run)
     return asked

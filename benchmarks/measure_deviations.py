@@ -32,7 +32,7 @@ from geometry import Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.metrics import goal_errors
+from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
@@ -109,8 +109,8 @@ def run(variation: Variation) -> dict[str, Any]:
 def overshoot(result: RunResult) -> float:
     """How far the rear axle went past the goal, along it in the direction of the last part [m]."""
     direction = result.path.parts[-1].direction
-    last = result.truth.part == result.truth.part[-1]
-    return max(0.0, float((direction * goal_errors(result.truth)[last, 0]).max()))
+    truth, last = result.truth, result.truth.part == result.truth.part[-1]
+    return max(0.0, float((direction * errors_to(truth.goals, truth.poses)[last, 0]).max()))
 
 
 def invariance(name: str) -> dict[str, float]:

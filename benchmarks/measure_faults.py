@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.tables import ROOT, command_line, number, origin, write_table
 from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate, summary
-from rti_mpcc.simulation.sections.faults import SIZES, FaultSection, Kind
+from rti_mpcc.simulation.faults import SIZES, FaultSection, Kind
 from rti_mpcc.types import Source
 
 COMMAND = "python -m benchmarks.measure_faults"

@@ -84,7 +84,7 @@ def lanes() -> str:
 def slopes() -> str:
     scenario, rows = load_scenario("docking_full_course"), []
     path = scenario.build_path()
-    goal, config = scenario.goal_pose(path), scenario.controller_config("default")
+    goal, config = scenario.goal_pose(), scenario.controller_config("default")
     for slope, offset in SLOPES:
         car = Car(config=config, slope=slope, offset=radians(offset))
         controller = DockingController(path, scenario.build_corridor(path), config)

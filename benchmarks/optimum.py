@@ -112,7 +112,7 @@ class Docking:
         return cls(
             config=config,
             start=path.start,
-            goal=_lifted(scenario.goal_pose(path), float(motion.states[-1, 2])),
+            goal=_lifted(scenario.goal_pose(), float(motion.states[-1, 2])),
             direction=path.parts[0].direction,
             corridor=corridor,
             distance=ca.interpolant("apart", "bspline", axes, values),

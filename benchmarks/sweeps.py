@@ -150,7 +150,7 @@ def on_scenario(series: str, size: int, changes: dict[str, Any]) -> Variant:
         size=size,
         build=lambda: DockingController(path, corridor, config),
         start=path.start,
-        goal=scenario.goal_pose(path),
+        goal=scenario.goal_pose(),
     )
 
 

@@ -16,10 +16,8 @@ from benchmarks.problems.scene_scenario import kind_of, scenario_of
 from benchmarks.problems.scenes import drawn_scene, kind_of_number
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.simulation.campaign import MOST
-from rti_mpcc.simulation.campaign_row import Drawn
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.campaign import MOST, Drawn
+from rti_mpcc.simulation.scenario import Scenario, changed
 
 DIGITS = 6
 """Of what is computed from the rounded numbers of a course."""
@@ -99,8 +97,9 @@ def course_figures(scenario: Scenario) -> dict[str, Any]:
 
     Raises InputError for other scenarios.
     """
-    route, corridor, offset = scenario.path.segments, scenario.corridor, scenario.goal.offset
-    if route is None or corridor.left is None or corridor.right is None or offset is None:
+    path, corridor, offset = scenario.path, scenario.corridor, scenario.goal.offset
+    route = None if path is None else path.segments
+    if route is None or corridor is None or corridor.left is None or corridor.right is None or offset is None:
         raise InputError(f"{scenario.name}: needs path.segments, corridor.left and .right and goal.offset")
     sides = [(corridor.left, corridor.right), *((one.left, one.right) for one in corridor.narrowings)]
     nearest = min(abs(side) for pair in sides for side in pair if side is not None)

@@ -18,8 +18,7 @@ from geometry import Pose2, ReferencePath
 from geometry.settings import NonNegative, Positive, Settings
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError, ScenarioError
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from rti_mpcc.simulation.scenario import Scenario, scenario_from_dict
 
 DRAWS = 200
 """So many draws of one course before it is given up."""

@@ -101,7 +101,7 @@ def cramped(scenario: Scenario) -> str | None:
 def _problem(scenario: Scenario) -> tuple[ReferencePath, Pose2, list[Room]]:
     """Route, true goal, and the room on each part."""
     path, vehicle = scenario.build_path(), scenario.vehicle
-    corridor, goal = scenario.build_corridor(path), scenario.goal_pose(path)
+    corridor, goal = scenario.build_corridor(path), scenario.goal_pose()
     largest = CURVATURE_SHARE * tan(scenario.limits.steering) / vehicle.wheelbase
     rooms = [
         Room(vehicle=vehicle, corridor=corridor, curvature=largest, index=index, part=part)

@@ -18,8 +18,7 @@ from benchmarks.problems.scenes import SLOT_CLEARANCE
 from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.scenario import Scenario, changed
 
 DETECTION = {
     "position_std": (0.02, 0.08),

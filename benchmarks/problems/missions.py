@@ -22,8 +22,7 @@ from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner.planner import plan_manoeuvre
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from rti_mpcc.simulation.scenario import Scenario, scenario_from_dict
 from rti_mpcc.types import Array, MissionResult
 
 DRAWS = 200

@@ -8,8 +8,7 @@ from typing import Any
 from benchmarks.problems.scenes import Scene
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from rti_mpcc.simulation.scenario import Scenario, scenario_from_dict
 from rti_mpcc.types import Array
 
 DEAD_TIME = 0.18

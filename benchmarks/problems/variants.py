@@ -12,10 +12,8 @@ from typing import Any
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.path import CorridorSection
+from rti_mpcc.simulation.scenario import Scenario, changed
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection
 
 Points = list[list[float]]
 
@@ -82,6 +80,7 @@ def _start(scenario: Scenario) -> Pose2:
         if scenario.area.map is not None:
             raise InputError(f"area.map = {scenario.area.map!r}: only an area of polygons can be changed")
         return scenario.start_pose()
+    assert scenario.path is not None
     if scenario.path.start is None or scenario.path.segments is None:
         raise InputError(f"path.file = {scenario.path.file!r}: only a path made of segments can be changed")
     return Pose2(*scenario.path.start)
@@ -93,7 +92,7 @@ def _start_key(scenario: Scenario) -> str:
 
 def _segments(scenario: Scenario, *, direction: int) -> dict[str, list[dict[str, float]]]:
     """All curvatures negated, directions multiplied by `direction`."""
-    if scenario.in_area:
+    if scenario.path is None:
         return {}
     segments = [
         {"direction": direction * piece.direction, "curvature": -piece.curvature, "length": piece.length}
@@ -104,19 +103,19 @@ def _segments(scenario: Scenario, *, direction: int) -> dict[str, list[dict[str,
 
 def _swapped_sides(scenario: Scenario) -> dict[str, Any]:
     """The offsets of the corridor, where it has some, on the other side."""
-    corridor = scenario.given_corridor
+    corridor = scenario.corridor
     if corridor is None or corridor.left is None or corridor.right is None:
         return {}
     return {
         "corridor.left": -corridor.right,
         "corridor.right": -corridor.left,
-        "corridor.narrowings": _swapped_narrowings(scenario),
+        "corridor.narrowings": _swapped_narrowings(corridor),
     }
 
 
-def _swapped_narrowings(scenario: Scenario) -> list[dict[str, float]]:
+def _swapped_narrowings(corridor: CorridorSection) -> list[dict[str, float]]:
     swapped = []
-    for piece in scenario.corridor.narrowings:
+    for piece in corridor.narrowings:
         entry = {"from": piece.start, "to": piece.end}
         if piece.right is not None:
             entry["left"] = -piece.right
@@ -147,6 +146,7 @@ def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:
     if scenario.area is not None:
         table, section, outline = "area.boundary", scenario.area, scenario.area.boundary
     else:
+        assert scenario.corridor is not None
         table, section, outline = "corridor.polygon", scenario.corridor, scenario.corridor.polygon
     changes: dict[str, list[Any]] = {}
     if outline is not None:

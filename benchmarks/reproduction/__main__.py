@@ -17,7 +17,7 @@ from benchmarks.reproduction.runs import (
     mission_case,
 )
 from rti_mpcc.cli import exit_status
-from rti_mpcc.cli.arguments import add_options, non_negative
+from rti_mpcc.cli.arguments import add_options, integer
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.batch import drive_all
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--courses",
-        type=non_negative,
+        type=integer(0),
         default=24,
         metavar="N",
         help=f"number of random courses of seed {COURSE_SEED}, each with presets default and paper, "

@@ -70,7 +70,7 @@ def paired(lag_weight: float) -> Paired:
         v=_SPEED,
         delta=0.0,
     )
-    states = controller.step(state, now=0.0, goal=scenario.goal_pose(path)).trajectory.states
+    states = controller.step(state, now=0.0, goal=scenario.goal_pose()).trajectory.states
     part = path.parts[0]
     reference = part.reference(states[:, THETA])
     errors = frenet_errors(states, reference, part.direction)

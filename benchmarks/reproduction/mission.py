@@ -23,7 +23,7 @@ from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import STANDSTILL_SPEED
-from rti_mpcc.simulation.ride import direction_changes, samples_at_rest, spells, turning_points
+from rti_mpcc.simulation.ride import samples_at_rest, spells, turning_points
 from rti_mpcc.types import MissionResult
 
 T_GOAL, LOWERING = 50.0, 10.0
@@ -137,7 +137,7 @@ def motion_of(result: RunResult, figures: Mapping[str, Any]) -> Motion:
         after = slice(turn[1] + 1, until)
         stops = len(list(spells(samples_at_rest(times[after], v[after]))))
     return Motion(
-        changes=None if at_goal is None else direction_changes(times[:until], v[:until]),
+        changes=None if at_goal is None else len(turns),
         stood=None if turn is None else (float(times[turn[0]]), float(times[turn[1]])),
         stops=stops,
         first_seen=(figures["goal"] or {}).get("first_seen_s"),

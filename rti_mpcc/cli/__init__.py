@@ -9,11 +9,9 @@ from collections.abc import Sequence
 from geometry import compiled
 from rti_mpcc import __version__
 from rti_mpcc.cli.arguments import BAD_INPUT, DONE
-from rti_mpcc.cli.campaign import add_campaign
-from rti_mpcc.cli.compare import add_compare
-from rti_mpcc.cli.identify import add_identify
+from rti_mpcc.cli.campaign import add_campaign, add_compare
 from rti_mpcc.cli.plan import add_docks, add_plan
-from rti_mpcc.cli.recordings import add_replay, add_watch
+from rti_mpcc.cli.recordings import add_identify, add_replay, add_watch
 from rti_mpcc.cli.run import add_run
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.kernels import make_ready

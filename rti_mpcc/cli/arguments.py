@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from math import isfinite
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,63 +11,35 @@ from rti_mpcc.paper import METHODS
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.scenario import PRESETS
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
-"""Exit status; 1: not docked, no route found, or a difference."""
+DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit status; 1: not docked, no route found, or a difference
 Commands = Any
 """The type that argparse adds commands to; its own name for it is private."""
 
 
-def non_negative(text: str) -> int:
-    """Raises ArgumentTypeError for anything but an integer >= 0."""
-    return _integer(text, 0)
+def integer(least: int) -> Callable[[str], int]:
+    """Type of an argument: an integer, `least` or more."""
 
+    def checked(text: str) -> int:
+        if not text.isascii() or not text.isdigit() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= {least}")
+        return int(text)
 
-def at_least_one(text: str) -> int:
-    """Raises ArgumentTypeError for anything but an integer >= 1."""
-    return _integer(text, 1)
-
-
-def _integer(text: str, least: int) -> int:
-    if not text.isascii() or not text.isdigit() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= {least}")
-    return int(text)
-
-
-def tolerance(text: str) -> float:
-    """Raises ArgumentTypeError for anything but a number >= 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not (isfinite(value) and value >= 0.0):
-        raise argparse.ArgumentTypeError(f"{text!r} must be a number >= 0")
-    return value
+    return checked
 
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "scenario": {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"},
-    "--method": {
-        "choices": METHODS,
-        "default": "dynamic",
-        "help": "method of the objective; default: dynamic",
-    },
-    "--preset": {
-        "choices": PRESETS,
-        "default": "default",
-        "help": "preset of all settings; default: default",
-    },
+    "--method": {"choices": METHODS, "default": "dynamic", "help": "objective's method; default: dynamic"},
+    "--preset": {"choices": PRESETS, "default": "default", "help": "preset of settings; default: default"},
     "--seed": {
-        "type": non_negative,
+        "type": integer(0),
         "default": 0,
         "metavar": "N",
         "help": "random seed for all noise; default: 0",
     },
-    "--dump-failed": {
-        "type": Path,
-        "metavar": "DIR",
-        "help": "folder for the QP of each failed cycle, as .npz",
-    },
-    "--jobs": {"type": at_least_one, "metavar": "K", "help": "number of processes; default: one a core"},
+    "--dump-failed": {"type": Path, "metavar": "DIR", "help": "folder for the QPs of failed cycles, as .npz"},
+    "--jobs": {"type": integer(1), "metavar": "K", "help": "number of processes; default: one a core"},
+    "--partial": {"action": "store_true", "help": "use the whole cycles of a truncated recording"},
 }
 """Arguments that several commands have, as argparse takes them."""
 
@@ -80,8 +52,8 @@ def add_options(parser: argparse.ArgumentParser, *names: str) -> None:
 
 def add_folder(parser: argparse.ArgumentParser, usual: str) -> None:
     """`--out DIR`."""
-    told = f"folder of the written files; default: {usual}"
-    parser.add_argument("--out", type=Path, metavar="DIR", help=told)
+    text = f"folder of the written files; default: {usual}"
+    parser.add_argument("--out", type=Path, metavar="DIR", help=text)
 
 
 def writable_folder(asked: Path | None, name: str) -> Path:

@@ -1,9 +1,10 @@
-"""`rti-mpcc campaign`: how often a scenario docks when its start, goal, noise and plant vary."""
+"""`rti-mpcc compare` and `rti-mpcc campaign`: scenarios side by side, and random variations of one."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.markup import escape
@@ -15,15 +16,97 @@ from rti_mpcc.cli.arguments import (
     Commands,
     add_folder,
     add_options,
-    at_least_one,
-    non_negative,
+    integer,
     writable_folder,
 )
 from rti_mpcc.errors import InputError
+from rti_mpcc.paper import METHODS
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
-from rti_mpcc.simulation import load_scenario
+from rti_mpcc.report.files import write_json
+from rti_mpcc.report.ride import Observer, Ride, ride_of_run
+from rti_mpcc.report.table import compared, comparison_tables, run_label
+from rti_mpcc.simulation import driver_of, load_scenario
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
+from rti_mpcc.simulation.scenario import PRESETS, Scenario
 from rti_mpcc.simulation.variation import PARTS, VariedCase
+
+
+def add_compare(commands: Commands) -> None:
+    """Add `compare`."""
+    parser = commands.add_parser(
+        "compare",
+        help="run scenarios by several methods and presets, print their figures side by side",
+        description="Run each scenario by each method and preset, print the figures of the paper's Tables II "
+        "and III and some more side by side, and write all to DIR/comparison.json.",
+        # SCENARIO first: after --methods it would be taken for one.
+        usage="%(prog)s [-h] SCENARIO [SCENARIO ...] [--methods METHOD ...] [--presets PRESET ...]\n"
+        "                        [--seed N] [--out DIR] [--jobs K] [--animate]",
+        epilog="By default the paper's three methods, default preset; ratios are to the first method and "
+        "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
+    )
+    parser.add_argument("scenarios", nargs="+", **OPTIONS["scenario"])
+    for name, choices, usual in (
+        ("--methods", METHODS, ["dynamic", "separated", "switched"]),
+        ("--presets", PRESETS, ["default"]),
+    ):
+        some = f"some of {', '.join(choices)}"
+        parser.add_argument(name, choices=choices, default=usual, help=some, nargs="+", metavar="NAME")
+    add_options(parser, "--seed", "--jobs")
+    add_folder(parser, "runs/compare")
+    animated = "also animate each scenario's runs side by side, run one by one"
+    parser.add_argument("--animate", action="store_true", help=animated)
+    parser.set_defaults(command=_compare)
+
+
+def _compare(asked: argparse.Namespace) -> int:
+    scenarios: dict[str, tuple[str, Scenario]] = {}
+    for given in dict.fromkeys(asked.scenarios):
+        scenario = load_scenario(given)
+        other, _ = scenarios.setdefault(scenario.name, (given, scenario))
+        if other != given:  # their runs could not be told apart
+            raise InputError(f"{other} and {given} have the same name, {scenario.name!r}: give each its own")
+    cases = [
+        Case(scenario=scenario, method=method, preset=preset, seed=asked.seed)
+        for _, scenario in scenarios.values()
+        for preset in dict.fromkeys(asked.presets)
+        for method in dict.fromkeys(asked.methods)
+    ]
+    folder = writable_folder(asked.out, "compare")
+    written: list[Path] = []
+    with progress_bar("compare", "{task.completed:.0f} runs") as progress:
+        if asked.animate:
+            outcomes, written = _animated(cases, folder, progress)
+        else:
+            outcomes = drive_all(cases, jobs=asked.jobs, progress=progress)
+    figures = compared([outcome.figures for outcome in outcomes])
+    file = folder / "comparison.json"
+    write_json(figures, file)
+    tell_tables(comparison_tables(figures))
+    tell_written([file, *written])
+    return DONE
+
+
+def _animated(
+    cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
+) -> tuple[list[DrivenCase], list[Path]]:
+    # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
+    from rti_mpcc.report.animation import animation_file, write_animation
+
+    outcomes: list[DrivenCase] = []
+    rides: dict[str, list[Ride]] = {}
+    for case in cases:
+        observer = Observer(driver_of(case.scenario, preset=case.preset, method=case.method))
+        outcome = drive(case, observer)
+        outcomes.append(outcome)
+        ride = ride_of_run(outcome.result, observer.moments, title=run_label(outcome.figures))
+        rides.setdefault(case.scenario.name, []).append(ride)
+        if progress is not None:
+            progress(len(outcomes), len(cases))
+    files = {name: animation_file(None, folder).with_stem(name) for name in rides}
+    for name, file in files.items():
+        write_animation(rides[name], file)
+    return outcomes, list(files.values())
 
 
 def add_campaign(commands: Commands) -> None:
@@ -45,15 +128,31 @@ def add_campaign(commands: Commands) -> None:
 
 def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     """How many cases of which seed, and the workers."""
-    parser.add_argument("--count", type=at_least_one, required=True, metavar="N", help="number of cases")
-    told = "random seed for all random values; default: 0"
-    parser.add_argument("--seed", type=non_negative, default=0, metavar="S", help=told)
+    parser.add_argument("--count", type=integer(1), required=True, metavar="N", help="number of cases")
+    seed = "random seed for all random values; default: 0"
+    parser.add_argument("--seed", type=integer(0), default=0, metavar="S", help=seed)
     workers = parser.add_mutually_exclusive_group()
     workers.add_argument("--jobs", **OPTIONS["--jobs"])
-    told = "address of a Dask cluster's scheduler, such as tcp://host:8786; needs the extra `cluster`"
-    workers.add_argument("--dask", metavar="ADDRESS", help=told)
-    told = "number of worst cases that are saved; default: 6"
-    parser.add_argument("--worst", type=non_negative, default=6, metavar="N", help=told)
+    address = "address of a Dask cluster's scheduler, such as tcp://host:8786; needs the extra `cluster`"
+    workers.add_argument("--dask", metavar="ADDRESS", help=address)
+    worst = "number of worst cases that are saved; default: 6"
+    parser.add_argument("--worst", type=integer(0), default=6, metavar="N", help=worst)
+
+
+def _parts(text: str) -> tuple[str, ...]:
+    parts = tuple(text.split(","))
+    if wrong := [part for part in parts if part not in PARTS]:
+        raise argparse.ArgumentTypeError(f"unknown {wrong[0]!r}; must be some of {','.join(PARTS)}")
+    return parts
+
+
+def _campaign(asked: argparse.Namespace) -> int:
+    base = load_scenario(asked.scenario)
+    drawn = {"vary": asked.vary, "seed": asked.seed}
+    cases = [VariedCase(base=base, index=index, **drawn) for index in range(asked.count)]
+    settings = {"scenario": asked.scenario, "count": asked.count, **drawn}
+    cases[0].scenario()  # what can't be varied is refused before anything is driven
+    return drive_and_report(cases, settings, asked, f"campaign-{base.name}")
 
 
 def drive_and_report(
@@ -75,19 +174,3 @@ def drive_and_report(
     tell_tables([console])
     tell_written([folder / ROWS, *files])
     return DONE
-
-
-def _campaign(asked: argparse.Namespace) -> int:
-    base = load_scenario(asked.scenario)
-    drawn = {"vary": asked.vary, "seed": asked.seed}
-    cases = [VariedCase(base=base, index=index, **drawn) for index in range(asked.count)]
-    settings = {"scenario": asked.scenario, "count": asked.count, **drawn}
-    cases[0].scenario()  # what can't be varied is refused before anything is driven
-    return drive_and_report(cases, settings, asked, f"campaign-{base.name}")
-
-
-def _parts(text: str) -> tuple[str, ...]:
-    parts = tuple(text.split(","))
-    if wrong := [part for part in parts if part not in PARTS]:
-        raise argparse.ArgumentTypeError(f"unknown {wrong[0]!r}; must be some of {','.join(PARTS)}")
-    return parts

@@ -1,21 +1,19 @@
-"""`rti-mpcc replay` and `rti-mpcc watch`: a recording compared, or in a window."""
+"""`rti-mpcc replay`, `watch` and `identify`: a recording compared, in a window, or fitted."""
 
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
+from math import inf
 from pathlib import Path
 
-from rti_mpcc.cli.arguments import (
-    DONE,
-    FAILED,
-    Commands,
-    add_options,
-    tolerance,
-)
+from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.cli.run import simulated
 from rti_mpcc.errors import InputError
-from rti_mpcc.recording import replay
-from rti_mpcc.report.console import progress_bar, tell_lines
+from rti_mpcc.recording import read_recording, replay
+from rti_mpcc.recording.identify import identify
+from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
+from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Ride, ride_of_recording
 from rti_mpcc.report.table import replay_lines
 from rti_mpcc.simulation import GoalSource, load_scenario
@@ -35,22 +33,23 @@ def add_replay(commands: Commands) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="file of `run --record`")
     usual = "tolerated difference; 0: bit for bit; "
     usual += "default: 0 on the machine and versions of the recording, 1e-9 elsewhere"
-    parser.add_argument("--tolerance", type=tolerance, metavar="X", help=usual)
-    whole = "replay the whole cycles of a truncated recording"
-    parser.add_argument("--partial", action="store_true", help=whole)
-    add_options(parser, "--dump-failed")
+    parser.add_argument("--tolerance", type=_tolerance, metavar="X", help=usual)
+    add_options(parser, "--partial", "--dump-failed")
     parser.set_defaults(command=_replay)
 
 
-def _replay(arguments: argparse.Namespace) -> int:
-    with progress_bar(arguments.file.name, "cycle {task.completed:.0f}") as progress:
-        report = replay(
-            arguments.file,
-            tolerance=arguments.tolerance,
-            allow_truncated=arguments.partial,
-            dump_failed=arguments.dump_failed,
-            progress=progress,
-        )
+def _tolerance(text: str) -> float:
+    with suppress(ValueError):
+        if 0.0 <= (value := float(text)) < inf:
+            return value
+    raise argparse.ArgumentTypeError(f"{text!r} must be a number >= 0")
+
+
+def _replay(asked: argparse.Namespace) -> int:
+    tolerance, dumps = asked.tolerance, asked.dump_failed
+    with progress_bar(asked.file.name, "cycle {task.completed:.0f}") as progress:
+        options = {"allow_truncated": asked.partial, "dump_failed": dumps, "progress": progress}
+        report = replay(asked.file, tolerance=tolerance, **options)
     tell_lines(replay_lines(report))
     return DONE if report.identical else FAILED
 
@@ -71,19 +70,60 @@ def add_watch(commands: Commands) -> None:
     parser.set_defaults(command=_watch, **usual, **unset)
 
 
-def _watch(arguments: argparse.Namespace) -> int:
+def _watch(asked: argparse.Namespace) -> int:
     from rti_mpcc.report.viewer import open_window, watch
 
-    watch(open_window(), _ride(arguments))
+    watch(open_window(), _ride(asked))
     return DONE
 
 
-def _ride(arguments: argparse.Namespace) -> Ride:
-    file, given = Path(arguments.what), vars(arguments)
+def _ride(asked: argparse.Namespace) -> Ride:
+    file, given = Path(asked.what), vars(asked)
     if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
         if any(given[name] is not None for name in _OF_SCENARIO):
             raise InputError(f"{file}: a recording has its own method, preset and seed, leave them out")
         with progress_bar(file.name, "cycle {task.completed:.0f}") as progress:
             return ride_of_recording(file, progress=progress)
     options = {name: usual if given[name] is None else given[name] for name, usual in _OF_SCENARIO.items()}
-    return simulated(load_scenario(arguments.what), argparse.Namespace(**given | options))[1]
+    return simulated(load_scenario(asked.what), argparse.Namespace(**given | options))[1]
+
+
+def add_identify(commands: Commands) -> None:
+    """Add `identify`."""
+    parser = commands.add_parser(
+        "identify",
+        help="fit dead times and lags of drive and steering to a recording",
+        description="Fit dead time and lag of drive and steering to the commands and measurements of a "
+        "recording. Prints the settings, and writes identified.json and identified.png. The drive should "
+        "have starts, stops and bends; it needs no dock.",
+        epilog="Exit status: 0 fitted, 2 bad input.",
+    )
+    parser.add_argument("file", metavar="RECORDING", type=Path, help="file of a `Recorder` or `run --record`")
+    add_options(parser, "--partial")
+    add_folder(parser, "runs/RECORDING")
+    parser.set_defaults(command=_identify)
+
+
+def _identify(asked: argparse.Namespace) -> int:
+    # Not at the top: matplotlib takes long to load.
+    from rti_mpcc.report.actuators import actuators_figure
+    from rti_mpcc.report.axes import save
+
+    found = identify(read_recording(asked.file, allow_truncated=asked.partial))
+    folder = writable_folder(asked.out, asked.file.stem)
+    written = [folder / "identified.json", folder / "identified.png"]
+    write_json(found.figures(), written[0])
+    save(actuators_figure(asked.file.name, found), written[1])
+    for name, fit in (("drive", found.drive), ("steering", found.steering)):
+        if fit is None:
+            tell_lines([f"{name}: changes too little to be fitted"])
+            continue
+        interface = "set-points" if fit.by_setpoints else "rates"
+        times = (
+            f"dead time {fit.dead_time:.3f} ± {fit.stds[0]:.3f} s, lag {fit.lag:.3f} ± {fit.stds[1]:.3f} s"
+        )
+        tell_lines([f"{name}: {times}, gain {fit.gain:.2f}; it follows the {interface}"])
+    settings = ", ".join(f"{name}={value}" for name, value in found.model.model_dump().items())
+    tell_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
+    tell_written(written)
+    return DONE

@@ -8,14 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 from rti_mpcc import config
-from rti_mpcc.cli.arguments import (
-    DONE,
-    FAILED,
-    Commands,
-    add_folder,
-    add_options,
-    writable_folder,
-)
+from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.recording import Recorder
@@ -45,10 +38,9 @@ def add_run(commands: Commands) -> None:
         description="Run a scenario in closed loop, print its figures, and write summary.json, "
         "trajectory.csv, overview.png and timeline.png.",
         # SCENARIO first: after --animate it would be taken for its file.
-        usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N]\n"
-        "                    [--ride RIDE] [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
-        "                    [--no-plots]\n"
-        "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
+        usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N] [--ride RIDE]\n"
+        "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
+        "                    [--no-plots] [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
         "was crossed, or a step failed for good; 2 bad input.",
     )

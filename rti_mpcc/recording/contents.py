@@ -1,30 +1,45 @@
-"""The content of a recording, and reading it from a file: one sentence says what is wrong with one."""
+"""A recording: what it holds, how that becomes text, and reading it from a file.
+
+A recording is a JSON Lines file: a header, a line a cycle, an end mark. Values become JSON, and values of the
+same kind again, by the type hints of their dataclasses; numbers keep every bit. The last entry "crc" of a
+line is the CRC-32, in hexadecimal, of the text before. One sentence says what is wrong with a file.
+"""
 
 from __future__ import annotations
 
 from codecs import BOM_UTF8
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
+from zlib import crc32
+
+import numpy as np
+from cattrs import BaseValidationError, transform_error
+from cattrs.preconf.json import make_converter
+from cattrs.strategies import configure_tagged_union
+from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
 from geometry import Area, Corridor, Pose2, ReferencePath
-from geometry.files import RECORDING, content
+from geometry.files import RECORDING, content, from_json
+from geometry.pose import unchecked_pose
+from geometry.settings import Settings
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import Decisions
-from rti_mpcc.recording.codec import from_line, structured
-from rti_mpcc.steps import AnyStep, DriveTo
+from rti_mpcc.qp.solver import Stop
+from rti_mpcc.steps import AnyStep, DriveTo, Signal
 from rti_mpcc.types import Array, Command, VehicleState
 from rti_mpcc.version import Machine
 
 T = TypeVar("T")
+Data = Any
+"""What `json` reads: dicts, lists, strings, numbers, booleans, None."""
 
 FORMAT = "rti-mpcc recording"
-VERSION = 7
-"""Of the format; grows with every change that older or newer programs could not read."""
+VERSION = 7  # of the format; grows with every change that older or newer programs could not read
 CHANGED = "its line was changed after it was recorded"
 
 Driver = DockingController | DockingMission
@@ -38,24 +53,17 @@ def core_of(driver: Driver) -> DockingController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """All that the controller was given for one cycle.
-
-    Attributes:
-        state, now, goal, measurements, obstacles: as in `DockingController.step`, numbers need not be finite.
-        goal_cleared: `clear_goal` was called since the last step; area: given to `set_area`; cancelled: so
-            was the mission.
-        signal: what the step under way waits for was said to be there.
-    """
+    """All that the controller was given for one cycle, see `DockingController.step`; perhaps not finite."""
 
     state: VehicleState
     now: float
     goal: Pose2 | None
     measurements: tuple[GoalMeasurement, ...]
     obstacles: tuple[Array, ...] | None
-    goal_cleared: bool = False
-    area: Area | None = None
-    cancelled: bool = False
-    signal: bool = False
+    goal_cleared: bool = False  # `clear_goal` was called since the last step
+    area: Area | None = None  # given to `set_area` since the last step
+    cancelled: bool = False  # the mission was, since the last step
+    signal: bool = False  # the signal that the mission's step waits for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,21 +82,16 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
-    """The first line of a recording: where it was made, and all that its controller was made from.
-
-    Attributes:
-        path: in an area that of a vehicle that has no route yet; corridor: with its first obstacles.
-        steps, home: of the mission; steps is None without one.
-    """
+    """The first line of a recording: where it was made, and all that its controller was made from."""
 
     format: str = FORMAT
     version: int = VERSION
     machine: Machine
     config: ControllerConfig
-    path: ReferencePath
-    corridor: Corridor
-    steps: tuple[AnyStep, ...] | None = None
-    home: DriveTo | None = None
+    path: ReferencePath  # in an area that of a vehicle that has no route yet
+    corridor: Corridor  # with its first obstacles
+    steps: tuple[AnyStep, ...] | None = None  # of the mission, None without one
+    home: DriveTo | None = None  # of the mission
 
     def driver(self) -> Driver:
         """A new controller like the recorded one, with its mission, if it had one."""
@@ -101,28 +104,20 @@ class Header:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A recording that was read.
-
-    `complete`: its end is there; `changed`: numbers of the cycles whose lines were changed afterwards.
-    """
+    """A recording that was read."""
 
     header: Header
     cycles: tuple[Cycle, ...]
-    complete: bool
-    changed: tuple[int, ...] = ()
+    complete: bool  # its end is there
+    changed: tuple[int, ...] = ()  # numbers of the cycles whose lines were changed afterwards
 
 
 def read_recording(
     file: str | PathLike[str], *, allow_truncated: bool = False, allow_changed: bool = False
 ) -> Recording:
-    """Read a recording.
+    """Read a recording; if that is allowed, the whole cycles of a truncated one, or lines that were changed.
 
-    Args:
-        allow_truncated: take the whole cycles of a recording that was cut off.
-        allow_changed: take the cycles of lines that were changed and can still be read.
-
-    Raises:
-        RecordingError: the file cannot be read, or is no recording, of another version, cut off or changed.
+    Raises RecordingError for a file that cannot be read, is no recording, or one of another version.
     """
     try:
         recording = _recording(content(file, RECORDING), allow_truncated)
@@ -180,3 +175,106 @@ def _of_line(data: dict[str, Any], kind: type[T], name: str, intact: bool) -> T:
     except InputError as error:
         cause = f"was it written by another version of rti-mpcc? {error}" if intact else CHANGED
         raise RecordingError(f"{name}: {cause}") from None
+
+
+def to_data(value: object) -> Data:
+    """The JSON data of a value."""
+    return _converter.unstructure(value)
+
+
+def to_line(value: object) -> bytes:
+    """The text of a line, with its checksum and its end."""
+    return _sealed(_converter.dumps(value, separators=(",", ":")).encode()[:-1]) + b"\n"
+
+
+def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
+    """The data of a line, and whether its checksum fits; no data if it is no JSON object."""
+    try:
+        data = from_json(line.decode())
+    except ValueError:
+        data = None
+    if not isinstance(data, dict):
+        return {}, False
+    data.pop("crc", None)
+    return data, line == _sealed(line[: -len(_sealed(b""))])
+
+
+def structured(data: Data, kind: type[T]) -> T:
+    """The value of a kind that JSON data describe. Raises InputError, which names the place of each fault."""
+    try:
+        value: T = _converter.structure(data, kind)
+    except BaseValidationError as error:
+        raise InputError("; ".join(transform_error(error))) from None
+    return value
+
+
+def prepare_codec(*kinds: Any) -> None:
+    """Generate the code that writes and reads these kinds: the first value would do it in a cycle."""
+    for kind in kinds:
+        _converter.get_unstructure_hook(kind)
+        _converter.get_structure_hook(kind)
+
+
+def as_recorded(value: object, kind: Any, instead: T) -> T:
+    """Any value as a recording gives it back, or `instead` if a recording cannot hold it. Never raises."""
+    try:
+        found: T = _converter.structure(_converter.unstructure(value, unstructure_as=kind), kind)
+    except Exception:  # whatever comes of looking at an odd value: the cycle has to go on
+        return instead
+    return found
+
+
+def _sealed(text: bytes) -> bytes:
+    return text + b',"crc":"%08x"}' % crc32(text)
+
+
+def _to_list(array: ArrayLike | None) -> Data:
+    """Nested lists; the shape of an array without entries, which lists would lose."""
+    if array is None:
+        return None
+    array = np.asarray(array, dtype=np.float64)
+    return array.tolist() if array.size else {"shape": array.shape}
+
+
+def _to_array(data: Data, _: object) -> Array | None:
+    if data is None:  # of a covariance or a body
+        return None
+    array = np.zeros(data["shape"]) if isinstance(data, dict) else np.array(data, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def _played_back(given: bool, _: object) -> Signal | None:
+    """Stands for the `until` of a step: a recording holds that there is one, and each cycle its answer."""
+    return (lambda: False) if given else None
+
+
+def _is_array(kind: Any) -> bool:
+    return kind is np.ndarray or get_origin(kind) is np.ndarray or kind == ArrayLike | None
+
+
+_converter = make_converter(forbid_extra_keys=True)
+for _kind in (bool, int, float):
+    _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
+_converter.register_structure_hook(Pose2, lambda data, _: unchecked_pose(**data))
+# The library doesn't read the hints of named tuples.
+_converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
+for _fits, _to, _back in (
+    (_is_array, _to_list, _to_array),
+    (
+        lambda kind: isinstance(kind, type) and issubclass(kind, Settings),
+        lambda group: group.model_dump(mode="json"),
+        lambda data, kind: kind(**data),
+    ),
+    (lambda kind: kind == Signal | None, lambda until: until is not None, _played_back),
+    (
+        lambda kind: kind is Area,
+        lambda area: to_data({"boundary": area.boundary, "obstacles": area.obstacles}),
+        lambda data, _: Area(**data),
+    ),
+):
+    _converter.register_unstructure_hook_func(_fits, _to)
+    _converter.register_structure_hook_func(_fits, _back)
+configure_tagged_union(
+    AnyStep, _converter, tag_generator=lambda kind: str(vars(kind)["word"]), tag_name="step"
+)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -36,30 +37,26 @@ class Identified:
 
     def figures(self) -> dict[str, Any]:
         """As identified.json has them."""
-        fits = {"drive": self.drive, "steering": self.steering}
-        return {
-            "actuators": self.model.model_dump(),
-            **{name: None if fit is None else _figures(fit) for name, fit in fits.items()},
-        }
-
-
-def _figures(fit: ActuatorFit) -> dict[str, Any]:
-    return {
-        "interface": "setpoints" if fit.by_setpoints else "rates",
-        "dead_time_s": fit.dead_time,
-        "dead_time_std_s": fit.stds[0],
-        "lag_s": fit.lag,
-        "lag_std_s": fit.stds[1],
-        "gain": fit.gain,
-        "rms": fit.rms,
-        "rms_without_dead_time_and_lag": fit.rms_without,
-    }
+        found: dict[str, Any] = {"actuators": self.model.model_dump()}
+        for name, fit in (("drive", self.drive), ("steering", self.steering)):
+            found[name] = fit and {
+                "interface": "setpoints" if fit.by_setpoints else "rates",
+                "dead_time_s": fit.dead_time,
+                "dead_time_std_s": fit.stds[0],
+                "lag_s": fit.lag,
+                "lag_std_s": fit.stds[1],
+                "gain": fit.gain,
+                "rms": fit.rms,
+                "rms_without_dead_time_and_lag": fit.rms_without,
+            }
+        return found
 
 
 def identify(recording: Recording) -> Identified:
     """Fit drive and steering. Raises InputError where neither of them moved enough."""
+    commanded: Any = attrgetter("acceleration", "steering_rate", "speed", "steering")
     rows = [
-        (c.inputs.now, c.inputs.state.v, c.inputs.state.delta, *_commanded(c.command))
+        (c.inputs.now, c.inputs.state.v, c.inputs.state.delta, *commanded(c.command))
         for c in recording.cycles
         if c.command is not None
     ]
@@ -69,13 +66,7 @@ def identify(recording: Recording) -> Identified:
     t, v, delta, a, rate, speed, angle = table.T
     drive = Drive(stamps=t, measured=v, rates=a, setpoints=speed)
     steering = Drive(stamps=t, measured=delta, rates=rate, setpoints=angle)
-    found = Identified(
-        speed=drive, steering_angle=steering, drive=fitted(drive, DRIVE), steering=fitted(steering, STEERING)
-    )
-    if found.drive is None and found.steering is None:
+    fits = {"drive": fitted(drive, DRIVE), "steering": fitted(steering, STEERING)}
+    if fits["drive"] is None and fits["steering"] is None:
         raise InputError("speed and steering change too little: nothing can be fitted to this recording")
-    return found
-
-
-def _commanded(command: Any) -> tuple[float, float, float, float]:
-    return command.acceleration, command.steering_rate, command.speed, command.steering
+    return Identified(speed=drive, steering_angle=steering, **fits)

@@ -19,9 +19,8 @@ from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.page import rendered
 from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.simulation.batch import Case, drive
-from rti_mpcc.simulation.campaign import TIMES, DrawnCase, read_rows
-from rti_mpcc.simulation.campaign_row import CaseOutcome
-from rti_mpcc.simulation.scenario_file import save_scenario
+from rti_mpcc.simulation.campaign import TIMES, CaseOutcome, DrawnCase, read_rows
+from rti_mpcc.simulation.scenario import save_scenario
 
 PAGE, NUMBERS, WORST = "report.html", "report.json", "worst"
 COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")

@@ -28,7 +28,7 @@ from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.controllers import wrapped
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.simulation.result import Truth
-from rti_mpcc.simulation.sections.camera import CameraSection
+from rti_mpcc.simulation.sections.goal import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
 
 _PICTURE_WIDTH = 560
@@ -190,7 +190,7 @@ def ride_of_run(
         raise InputError(f"moments has {len(moments)} cycles: must be those of the run, {len(times)}")
     planned = None
     if goal.measurement is not None and result.goal_source is not GoalSource.KNOWN:
-        planned = result.scenario.planned_goal(result.given_path)
+        planned = result.scenario.planned_goal()
     docked = None if goal.body is None else outline_at(goal.body, Pose2(*truth.goals[-1].tolist()))
     at = np.searchsorted([start for start, _ in result.obstacles], times + 1e-9, side="right") - 1
     there = {id(each): each for _, outlines in result.obstacles for each in outlines}.values()

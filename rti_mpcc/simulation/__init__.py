@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from rti_mpcc.simulation.camera_detector import CameraDetector
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.controllers import all_succeeded, docking_controller, driver_of
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
-from rti_mpcc.simulation.goal_feed import Detector, GoalSource, SimulatedDetector
+from rti_mpcc.simulation.goal_feed import CameraDetector, Detector, GoalSource, SimulatedDetector
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import RunResult, Truth
-from rti_mpcc.simulation.scenario import PRESETS, Scenario
-from rti_mpcc.simulation.scenario_file import (
+from rti_mpcc.simulation.scenario import (
+    PRESETS,
+    Scenario,
     builtin_names,
     changed,
     load_scenario,
@@ -18,21 +18,13 @@ from rti_mpcc.simulation.scenario_file import (
     scenario_from_dict,
     scenario_text,
 )
-from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.camera import CameraSection
-from rti_mpcc.simulation.sections.faults import FaultSection
-from rti_mpcc.simulation.sections.path import CorridorSection
 
 __all__ = [
     "PRESETS",
-    "AreaSection",
     "CameraDetector",
-    "CameraSection",
     "Controller",
-    "CorridorSection",
     "Detector",
     "Docks",
-    "FaultSection",
     "GoalSource",
     "RunResult",
     "Scenario",

@@ -64,9 +64,7 @@ def drive_all(
 ) -> list[DrivenCase]:
     """Drive all cases in `jobs` processes, by default one a core; with one job in this process.
 
-    Raises InputError.
-
-    `progress` is called with (done, in all).
+    `progress` is called with (done, in all). Raises InputError.
     """
     driven = []
     for outcome in in_processes(drive, cases, checked_jobs(jobs)):

@@ -31,12 +31,9 @@ from rti_mpcc.types import Array
 Image = NDArray[np.uint8]
 Grey = NDArray[np.float32]
 
-FINER = 4
-"""So many times finer than the picture the board is drawn before it is averaged."""
-SQUARE_PIXELS = 128
-"""Side of a square of the print [px]."""
-NEAREST = 0.1
-"""A board with a corner nearer to the lens plane than this, or behind it, is not drawn [m]."""
+FINER = 4  # so many times finer than the picture the board is drawn before it is averaged
+SQUARE_PIXELS = 128  # side of a square of the print [px]
+NEAREST = 0.1  # a board with a corner nearer to the lens plane than this, or behind it, is not drawn [m]
 
 
 class Optics(Settings):
@@ -88,7 +85,9 @@ class BoardCamera:
 
     def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
         """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
-        picture = self._background(vehicle.phi)
+        # The surroundings are far away, so they only turn.
+        first = round(-(vehicle.phi + self.camera.yaw) * self.camera.fx) % self._round_about
+        picture = self._surroundings[:, first : first + self.camera.width].copy()
         seen = []
         for print_, dock in (*self._others, (self._own, goal)):
             homography = self._homography(print_.board, dock.relative_to(vehicle))
@@ -119,11 +118,6 @@ class BoardCamera:
             levels.append(self._cv2.resize(levels[-1], smaller, interpolation=self._cv2.INTER_AREA))
         return _Print(board=board, levels=tuple(levels))
 
-    def _background(self, heading: float) -> Grey:
-        """(height, width) of the surroundings seen under this heading [rad]; far away, so they only turn."""
-        first = round(-(heading + self.camera.yaw) * self.camera.fx) % self._round_about
-        return self._surroundings[:, first : first + self.camera.width].copy()
-
     def _homography(self, board: CharucoBoard, goal: Pose2) -> Array | None:
         """(3, 3) H of Eq. (K4), from the board's plane [m] to the camera; None if its face is not seen."""
         camera = self.camera
@@ -133,21 +127,22 @@ class BoardCamera:
         in_vehicle[:, 2] += (goal.x - camera.x, goal.y - camera.y, -camera.z)
         homography: Array = camera.rotation.T @ in_vehicle
         into_board = np.cross(homography[:, 0], homography[:, 1])
-        depth = (homography @ _homogeneous(self._outline(board, 2)))[2]
+        depth = (homography @ self._outline(board, 2))[2]
         return homography if depth.min() > NEAREST and into_board @ homography[:, 2] > 0.0 else None
 
     def _outline(self, board: CharucoBoard, points: int) -> Array:
-        """(4 points, 2) along the paper's four sides [m]."""
+        """(3, 4 points) homogeneous coordinates along the paper's four sides [m]."""
         border, (width, height) = self.optics.border * board.square, board.size
         share = np.linspace(0.0, 1.0, points)
         zero, one = np.zeros(points), np.ones(points)
         sides = ((share, zero), (share, one), (zero, share), (one, share))
         unit = np.vstack([np.column_stack(side) for side in sides])
-        return unit * (width + 2.0 * border, height + 2.0 * border) - border
+        paper = unit * (width + 2.0 * border, height + 2.0 * border) - border
+        return np.vstack([paper.T, np.ones(len(paper))])
 
     def _draw(self, picture: Grey, homography: Array, drawn: _Print) -> None:
         cv2, camera = self._cv2, self.camera
-        outline = (homography @ _homogeneous(self._outline(drawn.board, 20))).T
+        outline = (homography @ self._outline(drawn.board, 20)).T
         pixels = camera.project(outline @ camera.rotation.T + camera.position)
         low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - 2, 0)
         high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + 3, (camera.width, camera.height))
@@ -206,7 +201,3 @@ def surroundings(width: int, height: int, random: np.random.Generator) -> Grey:
     picture += 6.0 * random.standard_normal((height, width), dtype=np.float32)
     picture *= (1.0 + 0.15 * np.sin(np.arange(width) * (2.0 * pi * 3.0 / width))).astype(np.float32)
     return picture
-
-
-def _homogeneous(points: Array) -> Array:
-    return np.vstack([points.T, np.ones(len(points))])

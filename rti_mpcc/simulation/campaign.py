@@ -1,6 +1,7 @@
 """Campaigns: many cases, each driven and kept as a row, by processes of this machine or a Dask cluster.
 
-Joblib distributes the cases. If a case ends its worker, it becomes a row, and the others are driven.
+Joblib distributes the cases. If a case ends its worker, it becomes a row, and the others are driven. A row is
+the same on each machine and by any number of workers: what was timed goes to another file.
 """
 
 from __future__ import annotations
@@ -8,9 +9,12 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import asdict, dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
@@ -18,28 +22,29 @@ from joblib import Parallel, delayed, parallel_config
 
 from geometry.files import RECORDING, content, from_json
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.batch import Case, checked_jobs, drive
-from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome, Drawn, row_of
+from rti_mpcc.simulation.batch import Case, DrivenCase, checked_jobs, drive
+from rti_mpcc.simulation.metrics import untimed
+from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.types import Source, Status
 
 ROWS, TIMES = "rows.jsonl", "timed.jsonl"
-MOST = 1_000_000
-"""Cases of a campaign, at most."""
-AHEAD = 2
-"""Number of cases under way for each worker: one is driven, one waits."""
-SILENCE = 1800.0
-"""After this time without the end of a case the workers are lost [s]: joblib does not say so."""
-DEATHS = 2
-"""A case that has ended this number of workers of a Dask cluster is not driven again."""
+MOST = 1_000_000  # cases of a campaign, at most
+AHEAD = 2  # number of cases under way for each worker: one is driven, one waits
+SILENCE = 1800.0  # after this time without the end of a case the workers are lost [s]: joblib does not say so
+DEATHS = 2  # a case that has ended this number of workers of a Dask cluster is not driven again
 DIED = "its worker process ended while it was under way"
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
+Drawn = Mapping[str, Any]
+"""What was drawn of a case: its `course` and `disturbances`."""
 
 
 class DrawnCase(Protocol):
     """A case that is drawn where it is driven: workers are sent its attributes only.
 
-    Attributes:
-        index: 0 ... MOST - 1; name: of its scenario; run: method, preset and seed, as `batch.Case` has them.
+    `index`: 0 ... MOST - 1; `name` of its scenario; `run`: method, preset and seed, as `batch.Case` has them.
+    The scenario is the same each time; InputError where it can't be drawn. `drawn`: what was drawn of it.
     """
 
     @property
@@ -48,14 +53,81 @@ class DrawnCase(Protocol):
     def name(self) -> str: ...  # noqa: D102
     @property
     def run(self) -> Mapping[str, Any]: ...  # noqa: D102
+    def scenario(self) -> Scenario: ...  # noqa: D102
+    def drawn(self, scenario: Scenario) -> Drawn: ...  # noqa: D102
 
-    def scenario(self) -> Scenario:
-        """The same each time. Raises InputError where it can't be drawn."""
-        ...
 
-    def drawn(self, scenario: Scenario) -> Drawn:
-        """What was drawn of it."""
-        ...
+class CaseOutcome(Enum):
+    """How a case ended; the worst last."""
+
+    DOCKED = "docked"  # inside tolerance of the true goal, standing, at the end, and the controller says so
+    UNCONFIRMED = "unconfirmed"  # docked, but the controller does not say so
+    UNFINISHED = "unfinished"  # the time ran out
+    STALLED = "stalled"  # the controller said so, and stood
+    FAILED = "failed"  # the controller had no plan, and stood
+    RAISED = "raised"  # an exception: an internal error
+    WORKER_DIED = "worker_died"  # the process that drove the case ended
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignRow:
+    """One case.
+
+    `figures` are those of `metrics.summary` that are not timed, with cycles_by_status (counts) and
+    failures_driven: cycles whose QP was refused and whose command is its solution all the same, there must be
+    none. `timed`: cycle_ms and deadline_misses as in summary.json; misses, these by status; planning_s, the
+    time of all searches [s].
+    """
+
+    index: int
+    scenario: str  # its name
+    outcome: CaseOutcome
+    detail: str  # of what did not dock: the controller's last reason, or the exception
+    course: Mapping[str, Any] | None = None  # what was drawn, by name; None where it could not be
+    disturbances: Mapping[str, Any] | None = None  # likewise
+    figures: Mapping[str, Any] | None = None  # None where nothing was driven to its end
+    timed: Mapping[str, Any] | None = None  # no part of `table`
+
+    def table(self) -> dict[str, Any]:
+        """The row for JSON, without what was timed."""
+        table = asdict(self) | {"outcome": self.outcome.value}
+        del table["timed"]
+        return table
+
+
+def row_of(index: int, driven: DrivenCase, drawn: Drawn) -> CampaignRow:
+    """The row of a case that was driven."""
+    result, cycles = driven.result, driven.result.cycles
+    statuses = Counter(status.value for status in cycles.status)
+    outcome = outcome_of(result, docked=driven.figures["docked"])
+    reasons = [] if outcome is CaseOutcome.DOCKED else [reason for reason in cycles.reason if reason]
+    return CampaignRow(
+        index=index,
+        scenario=result.scenario.name,
+        outcome=outcome,
+        detail=reasons[-1] if reasons else "",
+        **drawn,
+        figures={
+            **untimed(driven.figures),
+            "cycles_by_status": dict(sorted(statuses.items())),
+            "failures_driven": sum(source is Source.SOLUTION for source in cycles.source[cycles.failed]),
+        },
+        timed={
+            **{name: driven.figures[name] for name in ("cycle_ms", "deadline_misses")},
+            "misses": Counter(status.value for status in cycles.status[cycles.deadline_missed]),
+            "planning_s": None if result.planning is None else result.planning.seconds,
+        },
+    )
+
+
+def outcome_of(result: RunResult, *, docked: bool) -> CaseOutcome:
+    """How a run ended, by its figures and the controller's last status."""
+    last = result.cycles.status[-1] if len(result.cycles) else None
+    if docked:
+        return CaseOutcome.DOCKED if last is Status.DOCKED else CaseOutcome.UNCONFIRMED
+    if result.ended != "stopped":
+        return CaseOutcome.UNFINISHED
+    return CaseOutcome.FAILED if last is Status.FAILED else CaseOutcome.STALLED
 
 
 Drive = Callable[[Any], CampaignRow]

@@ -13,23 +13,28 @@ from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.camera_detector import CameraDetector, Seen
-from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, planner_in
-from rti_mpcc.simulation.disturbances import Disturbances
-from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
+from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, wrapped
+from rti_mpcc.simulation.faults import Disturbances
+from rti_mpcc.simulation.goal_feed import (
+    CameraDetector,
+    Detector,
+    GoalFeed,
+    GoalSource,
+    Seen,
+    SimulatedDetector,
+    source_in,
+)
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Planning, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Outlines, Scenery, touches, with_body
 from rti_mpcc.types import Command, Status, VehicleState
 
-AFTER_DOCKING = 0.5
-"""The run continues for this time after docking [s]."""
-UNTIL_SAID = 5.0
-"""A docked vehicle is watched for this time at most until the controller says so [s]."""
-AFTER_STOP = 5.0
-"""The run continues for this time after a latched stop [s]."""
+AFTER_DOCKING, AFTER_STOP = 0.5, 5.0
+"""The run continues for this time after docking, and after a latched stop [s]."""
+UNTIL_SAID = 5.0  # a docked vehicle is watched for this time at most until the controller says so [s]
 LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.GOAL_REJECTED, Status.FAILED)
 
 
@@ -47,8 +52,7 @@ class Controller(Protocol):
     ) -> Command:
         """The command to apply until the next step, see `DockingController.step`.
 
-        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only, and a
-        `clock` in the cycles of a fault of the solver only.
+        It is given a `clock`, too, in the cycles of a fault of the solver.
         """
         ...
 
@@ -61,7 +65,6 @@ def simulate(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     controller: Controller | None = None,
-    start: VehicleState | None = None,
     obstacles_at: Callable[[float], Outlines] | None = None,
     goal_source: GoalSource = GoalSource.DETECTED,
     detector: Detector | None = None,
@@ -77,35 +80,31 @@ def simulate(
         preset, method, seed: as on the command line; measured state and detections have a random stream each.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
-        start: true state at the beginning; default: at rest at the scenario's start, wheels straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or beside those
             of its area; those of its faults are added. The controller is given them every cycle.
         goal_source: how the goal is known; must be the default in a run without a detector.
         detector: looks for the goal in place of the one that the scenario describes.
-        seen: called with every picture of the scenario's camera: stamp [s], picture, and the detection that
-            the controller is given of it, or None.
+        seen: called with every picture of the scenario's camera, see `Seen`.
 
     Raises InputError for an unknown preset or method, a negative seed, a goal source without a detector, or a
     command that is not finite.
     """
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
-    watched = detector is not None or scenario.goal.measurement is not None
+    measurement, camera = scenario.goal.measurement, scenario.goal.camera
+    watched = detector is not None or measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     path = None if scenario.in_area else scenario.build_path()
     corridor = None if path is None else scenario.build_corridor(path)
-    goal = scenario.goal_pose(path)
-    if start is None:
-        at = scenario.start_pose()
-        start = VehicleState(x=at.x, y=at.y, phi=at.phi, v=0.0, delta=0.0)
-    feed = GoalFeed(
-        source=source,
-        planned=scenario.planned_goal(path),
-        goal=goal,
-        shifts=scenario.goal.shifts,
-        detector=_detector(scenario, seed, seen) if detector is None else detector,
-    )
+    goal = scenario.goal_pose()
+    if detector is None and measurement is not None:
+        if camera is not None:
+            detector = CameraDetector.of(camera, measurement, seed, seen)
+        else:
+            detector = SimulatedDetector(section=measurement, random=np.random.default_rng([seed, 1]))
+    first, shifts = scenario.planned_goal(), scenario.goal.shifts
+    feed = GoalFeed(source=source, planned=first, goal=goal, shifts=shifts, detector=detector)
     scenery = Scenery(
         path=path,
         corridor=corridor,
@@ -114,9 +113,12 @@ def simulate(
         obstacles_at=obstacles_at,
     )
     controller = controller or mission_of(scenario, controller_of(scenario, config))
-    run = _Run(scenario, config, controller, scenery, feed, start, seed)
-    ended = run.to_its_end(progress or (lambda time: None))
+    run = _Run(scenario, config, controller, scenery, feed, np.random.default_rng(seed))
+    ended = run.to_its_end(progress)
     log = () if run.mission is None else run.mission.log
+    planned = Planning()
+    if run.planner is not None:
+        planned = Planning(seconds=run.planner.planning_seconds, replans=run.planner.replans)
     changes = with_body(scenery.changes, log, goal, scenario.goal.body)
     return RunResult(
         scenario=scenario,
@@ -130,22 +132,13 @@ def simulate(
         obstacles=tuple((time, tuple(map(np.asarray, some))) for time, some in changes),
         corridor=corridor,
         area=scenario.build_area() if scenario.in_area else None,
-        planning=run.planning(),
+        planning=planned if scenario.in_area or planned.replans else None,
         truth=Truth.of(run.samples, run.parameters),
-        cycles=cycle_table(run.cycle_times, run.commands, run.step_ms),
+        cycles=cycle_table(run.cycles),
         mission=log,
         mission_result=None if run.mission is None else run.mission.result,
         ended=ended,
     )
-
-
-def _detector(scenario: Scenario, seed: int, seen: Seen | None) -> Detector | None:
-    section, camera = scenario.goal.measurement, scenario.goal.camera
-    if section is None:
-        return None
-    if camera is not None:
-        return CameraDetector.of(camera, section, seed, seen)
-    return SimulatedDetector(section=section, random=np.random.default_rng([seed, 1]))
 
 
 class _Run:
@@ -158,56 +151,51 @@ class _Run:
         controller: Controller,
         scenery: Scenery,
         feed: GoalFeed,
-        start: VehicleState,
-        seed: int,
+        random: np.random.Generator,
     ) -> None:
         self.scenario, self.config, self.controller = scenario, config, controller
-        self.scenery, self.feed, self.random = scenery, feed, np.random.default_rng(seed)
+        self.scenery, self.feed, self.random = scenery, feed, random
         self.parameters = scenario.plant_parameters()
-        self.planner, self.mission = planner_in(controller), mission_in(controller)
+        core: Any = wrapped(controller)[-1]
+        self.planner: DockingController | None = core if hasattr(core, "replans") else None
+        self.mission = mission_in(controller)
         self.disturbances = Disturbances(faults=scenario.faults)
-        self.plant = PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
+        start = scenario.start_pose()
+        self.plant = PlantState(x=start.x, y=start.y, phi=start.phi)
         if self.planner is not None:
             # The controller smooths a given path where it cannot be driven.
             scenery.path = self.planner.path
         self.paths: list[tuple[float, ReferencePath]] = [] if scenery.path is None else [(0.0, scenery.path)]
         # Progress along the route [m], and its active part.
         self.theta, self.part = 0.0 if self.path is None else self.path.parts[0].start, 0
-        self.cycle = 0
         self.since: dict[str, float] = {}
         self.samples: list[tuple[float, ...]] = []
-        self.commands: list[Command] = []
-        self.cycle_times: list[float] = []
-        self.step_ms: list[float] = []
-
-    def planning(self) -> Planning | None:
-        """How routes were planned; None along a path that was not left."""
-        planner, in_area = self.planner, self.scenario.in_area
-        if planner is None:
-            return Planning() if in_area else None
-        if not in_area and planner.replans == 0:
-            return None
-        return Planning(seconds=planner.planning_seconds, replans=planner.replans)
+        self.cycles: list[tuple[float, float, Command]] = []
 
     @property
     def path(self) -> ReferencePath | None:
         """The current route, or the last one while the controller replans."""
         return self.paths[-1][1] if self.paths else None
 
-    def to_its_end(self, progress: Callable[[float], None]) -> str:
+    def to_its_end(self, progress: Callable[[float], None] | None) -> str:
         """Alternate plant and controller on their own clocks until the run ends; returns why."""
-        simulation = self.scenario.simulation
+        simulation, cycle = self.scenario.simulation, 0
         # Rounded products instead of sums: no drift of one clock against the other.
         for step in range(round(simulation.duration / simulation.plant_step) + 1):
             time = round(step * simulation.plant_step, 9)
-            while (next_cycle := round(self.cycle * simulation.cycle, 9)) <= time + SAME_TIME:
+            while (next_cycle := round(cycle * simulation.cycle, 9)) <= time + SAME_TIME:
                 self._move(next_cycle)
                 self._control(next_cycle)
-                self.cycle += 1
-                progress(next_cycle)
+                cycle += 1
+                if progress is not None:
+                    progress(next_cycle)
             self._move(time)
-            self.feed.approach(self.plant.pose)
-            self._sample(time)
+            plant, goal = self.plant, self.feed.approach(self.plant.pose)
+            # The first projection of a part is given its start: a self-near route must not put it elsewhere.
+            if self.path is not None:
+                self.theta = self.path.parts[self.part].project(plant.x, plant.y, near=self.theta)
+            state = (plant.x, plant.y, plant.phi, plant.v, plant.delta)
+            self.samples.append((time, *state, self.theta, self.part, goal.x, goal.y, goal.phi))
             if (reason := self._ending(time)) is not None:
                 return reason
         return "duration"
@@ -236,9 +224,7 @@ class _Run:
         arguments = self._arguments(now, measured, obstacles)
         began = perf_counter()
         command = self.controller.step(state, now=now - faults.total("clock_back", now), **arguments)
-        self.step_ms.append(1e3 * (perf_counter() - began))
-        self.cycle_times.append(now)
-        self.commands.append(command)
+        self.cycles.append((now, 1e3 * (perf_counter() - began), command))
         self._onto_route(command, now)
         rates = {"acceleration": command.acceleration, "steering_rate": command.steering_rate}
         self.plant = issue(plant, self.parameters, **rates, delay=faults.total("late_cycles", now))
@@ -251,11 +237,8 @@ class _Run:
         else:
             # Without a path there is always a goal, and it is given.
             goal = faults.goal(goal, now, feed.goal if self.path is None else self.path.end)
-        arguments: dict[str, Any] = {"goal": goal}
-        if feed.detector is not None:
-            arguments["measurements"] = detections
-        if self.scenery.changing:
-            arguments["obstacles"] = obstacles
+        arguments: dict[str, Any] = {"goal": goal, "measurements": detections}
+        arguments["obstacles"] = obstacles if self.scenery.changing else None
         if self.mission is not None:
             body = self.scenario.goal.body
             outline = None if body is None else outline_at(body, feed.goal)
@@ -277,14 +260,6 @@ class _Run:
             self.part = command.diagnostics.part
             self.theta = path.parts[self.part].start
 
-    def _sample(self, time: float) -> None:
-        plant, goal = self.plant, self.feed.goal
-        # The first projection of a part is given its start: a self-near route must not put it elsewhere.
-        if self.path is not None:
-            self.theta = self.path.parts[self.part].project(plant.x, plant.y, near=self.theta)
-        state = (plant.x, plant.y, plant.phi, plant.v, plant.delta)
-        self.samples.append((time, *state, self.theta, self.part, goal.x, goal.y, goal.phi))
-
     def _ending(self, time: float) -> str | None:
         """Why the run ends now, or None.
 
@@ -295,7 +270,7 @@ class _Run:
         if self.mission is not None:
             over = self._since("over", self.mission.over, time)
             return "mission over" if time - over >= AFTER_DOCKING - SAME_TIME else None
-        last = self.commands[-1] if self.commands else None
+        last = self.cycles[-1][2] if self.cycles else None
         standing = abs(self.plant.v) <= STANDSTILL_SPEED
         tolerance = self.scenario.goal.tolerance
         inside = standing and self.plant.pose.relative_to(self.feed.goal).within(tolerance)

@@ -14,14 +14,8 @@ from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.sections.mission import built_step
+from rti_mpcc.simulation.sections.controller import built_step
 from rti_mpcc.types import MissionResult
-
-
-def planner_in(controller: object) -> DockingController | None:
-    """The controller, or the one that it is wrapped around, if it plans its route."""
-    core: Any = wrapped(controller)[-1]
-    return core if hasattr(core, "replans") else None
 
 
 def mission_in(controller: object) -> DockingMission | None:
@@ -62,10 +56,7 @@ def docking_controller(
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController:
-    """The controller that `simulate` makes, without the mission: to wrap it in something.
-
-    Raises InputError.
-    """
+    """The controller that `simulate` makes, without the mission. Raises InputError."""
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     return controller_of(scenario, config)

@@ -10,30 +10,29 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field
 
 from estimation import CharucoBoard
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.simulation.sections.area import AreaSection
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
-    Positive,
+    Pair,
     Section,
-    Tolerance,
+    Triple,
     VehicleTable,
-    polygon_problems,
     read_toml,
+    refusal,
 )
-from rti_mpcc.simulation.sections.mission import ApproachSection
-from rti_mpcc.steps import Dock, DockKind, Straight
+from rti_mpcc.simulation.sections.controller import ApproachSection, MoveSection
+from rti_mpcc.simulation.sections.goal import too_many_markers
+from rti_mpcc.simulation.sections.ground import AreaSection
+from rti_mpcc.steps import Dock, DockKind
 
-SPACING = 0.1
-"""Of the bodies of a vehicle along the approach that are checked [m]."""
-ROUNDING = 1e-6
-"""Bodies that overlap by no more touch [m]."""
+SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
+ROUNDING = 1e-6  # bodies that overlap by no more touch [m]
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
 
 
@@ -48,20 +47,6 @@ Pose = Annotated[
 ]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]
-TwoPositive = Annotated[tuple[Positive, Positive], Field(strict=False)]
-
-
-class ContactSection(Section):
-    """The move that ends in contact, with the keys and defaults of `Straight`."""
-
-    distance: float = Field(ge=-100.0, le=100.0)
-    speed: Positive | None = None
-    steering: Positive | None = None
-    tolerance: TwoPositive | None = None
-
-    def _problems(self) -> Iterator[KeyProblem]:
-        if self.distance == 0.0:
-            yield KeyProblem("distance", self.distance, "must not be 0")
 
 
 class DockSection(Section):
@@ -70,38 +55,22 @@ class DockSection(Section):
     name: str
     pose: Pose
     kind: Literal["known", "detected", "charuco"] = "known"
-    tolerance: Tolerance | None = None
+    tolerance: Triple | None = None
     body: Outline | None = None
     board: CharucoBoard | None = None
     approach: ApproachSection | None = None
-    contact: ContactSection | None = None
-    uncertainty: TwoPositive | None = None
-
-    @field_validator("name")
-    @classmethod
-    def _can_be_read(cls, name: str) -> str:
-        if not name or name != name.strip() or not name.isprintable():
-            raise ValueError("must be text in one line, without blanks at its ends")
-        return name
+    contact: MoveSection | None = None
+    uncertainty: Pair | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
-        if self.body is not None:
-            yield from polygon_problems("body", self.body)
-        if self.uncertainty is not None and (self.body is None or self.approach is None):
-            allowed = "only of a dock with a body and an approach"
-            yield KeyProblem("uncertainty", list(self.uncertainty), allowed)
-        by_board, board = self.kind == DockKind.CHARUCO.value, self.board
-        if board is None:
-            if by_board:
-                yield KeyProblem("board", None, "required for kind = 'charuco'")
-            return
-        if not by_board:
+        if not self.name or self.name != self.name.strip() or not self.name.isprintable():
+            yield KeyProblem("name", self.name, "must be text in one line, without blanks at its ends")
+        if self.board is not None and self.kind != "charuco":
             yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
-        size = board.dictionary_size
-        if size is not None and board.markers.stop > size:
-            needed = f"markers {board.markers.start} to {board.markers.stop - 1}"
-            allowed = f"must have the {needed} of the board, has 0 to {size - 1}"
-            yield KeyProblem("board.dictionary", board.dictionary, allowed)
+        else:
+            yield from refusal("", None, self.build)
+        if self.board is not None:
+            yield from too_many_markers("board", self.board)
 
     def build(self) -> Dock:
         """The dock."""
@@ -111,10 +80,10 @@ class DockSection(Section):
             name=self.name,
             kind=DockKind(self.kind),
             tolerance=self.tolerance,
-            body=None if self.body is None else np.array(self.body),
+            body=self.body,
             board=self.board,
             approach=None if approach is None else approach.build(),
-            contact=None if contact is None else Straight(**contact.model_dump(exclude_none=True)),
+            contact=None if contact is None else contact.build(),
             uncertainty=self.uncertainty,
         )
 
@@ -168,34 +137,30 @@ def read_docks(file: str | Path) -> Docks:
 
 
 def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
-    """What the body of a vehicle meets at the docks, and on the approach to them."""
+    """What the body of a vehicle meets at the docks, and on the approach to them; the first of each dock."""
 
-    def depth_in(area: Area, poses: list[Pose2]) -> float:
+    def depth_in(area: Area | None, poses: list[Pose2]) -> float:
         rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-        return -float(area.signed_distances(body_of(docks.vehicle), rows).min())
+        return 0.0 if area is None else -float(area.signed_distances(body_of(docks.vehicle), rows).min())
 
     for place, dock in enumerate(docks.docks.values()):
-        pose = dock.pose
+        pose, approach = dock.pose, dock.approach
         assert pose is not None
-        key = f"dock[{place}]"
-        driven: list[tuple[KeyProblem, list[Pose2]]] = [
-            (KeyProblem(f"{key}.pose", [pose.x, pose.y, pose.phi], "the docked vehicle"), [pose])
-        ]
-        if dock.approach is not None:
-            approach = KeyProblem(f"{key}.approach.length", dock.approach.length, "the approach")
-            driven.append((approach, approach_poses(dock)))
-        depths = [0.0 if docks.area is None else depth_in(docks.area, poses) for _, poses in driven]
-        for (problem, _), depth in zip(driven, depths, strict=True):
-            if depth > ROUNDING:
-                clear = f"must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
-                yield problem._replace(allowed=f"{problem.allowed} {clear}")
+        driven: list[tuple[str, object, str, list[Pose2]]]
+        driven = [("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])]
+        if approach is not None:
+            driven.append(("approach.length", approach.length, "the approach", approach_poses(dock)))
+        for key, value, what, poses in driven:
+            if (depth := depth_in(docks.area, poses)) > ROUNDING:
+                clear = f"{what} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
+                yield KeyProblem(f"dock[{place}].{key}", value, clear)
                 break
-        if (outline := dock.body_at(pose)) is None:
-            continue
-        for problem, poses in driven:
-            if (depth := depth_in(Area(obstacles=[outline]), poses)) > ROUNDING:
-                allowed = f"must not overlap {problem.allowed}, does by {depth:.2g} m"
-                yield KeyProblem(f"{key}.body", np.asarray(dock.body).tolist(), allowed)
+        outline = dock.body_at(pose)
+        body = None if outline is None else Area(obstacles=[outline])
+        for _, _, what, poses in driven:
+            if (depth := depth_in(body, poses)) > ROUNDING:
+                apart = f"must not overlap {what}, does by {depth:.2g} m"
+                yield KeyProblem(f"dock[{place}].body", np.asarray(dock.body).tolist(), apart)
                 break
 
 

@@ -1,7 +1,13 @@
-"""The true goal of a run, what a detector sees of it, and what the controller is given."""
+"""The true goal of a run, what a detector or a camera sees of it, and what the controller is given.
+
+Where [goal.camera] is given, rendered pictures of the board, looked at by the real detector, take the place
+of the random detections of [goal.measurement]: its rate, delay, ranges and `visible_after_cusp` hold for the
+camera, its noise, dropouts and outliers do not.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import cos, hypot, pi, sin
@@ -9,27 +15,34 @@ from typing import Protocol
 
 import numpy as np
 
-from estimation import Frame, GoalFilterConfig, GoalMeasurement, PoseHistory
+from estimation import (
+    CharucoDetection,
+    CharucoGoalDetector,
+    Frame,
+    GoalFilterConfig,
+    GoalMeasurement,
+    PoseHistory,
+)
 from estimation.measurement import in_world
 from geometry import Pose2
 from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.camera import BoardCamera, Image
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.sections.goal import MeasurementSection, ShiftSection
+from rti_mpcc.simulation.sections.goal import CameraSection, MeasurementSection, ShiftSection
 from rti_mpcc.types import VehicleState
 
-RAW_HISTORY = 10.0
-"""A detection that is used as it is may arrive this late [s]."""
+RAW_HISTORY = 10.0  # a detection that is used as it is may arrive this late [s]
+Seen = Callable[[float, Image, CharucoDetection | None], None]
+"""Called with every picture: stamp [s], the picture, and the detection that the controller gets, or None."""
+_OFTEN, _EXACT = MeasurementSection(rate=5.0, delay=0.1, visible_range=1e3), CameraSection()
 
 
 class GoalSource(Enum):
     """How the controller knows the goal of a scenario with [goal.measurement]."""
 
-    DETECTED = "detected"
-    """Detections go through the controller's filter."""
-    RAW = "raw"
-    """The newest detection is the goal, as it is: for comparison."""
-    KNOWN = "known"
-    """The true goal is given at every cycle: for comparison."""
+    DETECTED = "detected"  # detections go through the controller's filter
+    RAW = "raw"  # the newest detection is the goal, as it is: for comparison
+    KNOWN = "known"  # the true goal is given at every cycle: for comparison
 
 
 def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
@@ -110,35 +123,90 @@ class SimulatedDetector(TimedDetector):
         )
 
 
+@dataclass(kw_only=True)
+class CameraDetector(TimedDetector):
+    """The goal by camera: a picture at each exposure, and the detection in it. See `Detector`."""
+
+    pictures: BoardCamera  # by the true camera, with the true board and light
+    detector: CharucoGoalDetector  # works with the assumed camera and board
+    section: MeasurementSection = _OFTEN  # rate, delay and ranges
+    faults: CameraSection = _EXACT  # lost and wrong detections
+    seen: Seen | None = None  # called with every exposure
+    first: float | None = None  # time of the first detection [s]
+    erred: bool = False  # the wrong detection is over
+
+    @classmethod
+    def of(
+        cls, section: CameraSection, limits: MeasurementSection, seed: int, seen: Seen | None
+    ) -> CameraDetector:
+        """Mount the camera and the boards. Raises as `CameraSection.check`."""
+        random = np.random.default_rng([seed, 7])
+        mount, board = section.mount, section.board
+        off = random.standard_normal(3) * (mount.height_std, mount.tilt_std, mount.tilt_std)
+        height, pitch, roll = (0.0 if section.exact else 1.0) * off
+        turned = {"z": mount.z + height, "pitch": mount.pitch + pitch, "roll": mount.roll + roll}
+        others = list(zip(section.other_boards, (Pose2(*o.pose) for o in section.others), strict=True))
+        pictures = BoardCamera(mount.changed(**turned), board, section.optics, random, others)
+        detector = CharucoGoalDetector(mount, board)
+        return cls(section=limits, faults=section, pictures=pictures, detector=detector, seen=seen)
+
+    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
+        """See `Detector`. Before the last part no picture is taken where the scenario says so."""
+        if self.section.visible_after_cusp and not last_part:
+            return None
+        picture = self.pictures.expose(vehicle, goal)
+        distance = hypot(goal.x - vehicle.x, goal.y - vehicle.y)
+        detection = self._detected(picture, stamp) if self.section.sees(distance) else None
+        if self.seen is not None:
+            self.seen(stamp, picture, detection)
+        return None if detection is None else detection.measurement
+
+    def _lost(self, stamp: float) -> bool:
+        lost = self.faults.lost
+        return lost is not None and self.first is not None and lost[0] <= stamp - self.first < lost[1]
+
+    def _detected(self, picture: Image, stamp: float) -> CharucoDetection | None:
+        """The detection in a picture within range: none while it is lost, and once a wrong one."""
+        # A lost detection is not computed: that takes longer than drawing.
+        detection = None if self._lost(stamp) else self.detector.detect(picture, stamp)
+        if detection is None:
+            return None
+        if self.first is None:
+            self.first = stamp
+            if self._lost(stamp):
+                return None
+        wrong = self.faults.wrong
+        if wrong is None or self.erred or stamp - self.first < wrong.after:
+            return detection
+        self.erred = True
+        measurement = detection.measurement
+        off = Pose2(measurement.x, measurement.y, measurement.phi).compose(Pose2(*wrong.offset))
+        return replace(detection, measurement=replace(measurement, x=off.x, y=off.y, phi=off.phi))
+
+
 @dataclass(slots=True, kw_only=True)
 class GoalFeed:
-    """The true goal, the detector on the clock of a run, and the goal that the controller is given.
-
-    Attributes:
-        source: how the goal is known; planned: the goal at the start, None for the path's last pose.
-        goal: the true one; shifts: of it still to come; moved: whether there was one.
-        exposures: number of them; under_way: (arrival [s], detection).
-        newest, stamp: the goal by the newest raw detection, and its stamp [s]; poses: to place it.
-    """
+    """The true goal, the detector on the clock of a run, and the goal that the controller is given."""
 
     source: GoalSource
-    planned: Pose2 | None
-    goal: Pose2
-    shifts: tuple[ShiftSection, ...] = ()
-    moved: bool = False
+    planned: Pose2 | None  # at the start; None: the path's last pose
+    goal: Pose2  # the true one
+    shifts: tuple[ShiftSection, ...] = ()  # of the true goal, still to come
+    moved: bool = False  # whether there was a shift
     detector: Detector | None
-    exposures: int = 0
-    under_way: list[tuple[float, GoalMeasurement]] = field(default_factory=list)
-    newest: Pose2 | None = None
-    stamp: float = -1.0
-    poses: PoseHistory = field(default_factory=PoseHistory)
+    exposures: int = 0  # number of them
+    under_way: list[tuple[float, GoalMeasurement]] = field(default_factory=list)  # (arrival [s], detection)
+    newest: Pose2 | None = None  # the goal by the newest raw detection
+    stamp: float = -1.0  # of that detection [s]
+    poses: PoseHistory = field(default_factory=PoseHistory)  # to place raw detections
 
-    def approach(self, vehicle: Pose2) -> None:
-        """Move the goal by every shift whose distance the rear axle has come within."""
+    def approach(self, vehicle: Pose2) -> Pose2:
+        """The goal, moved by every shift whose distance the rear axle has come within."""
         for shift in self.shifts:
             if hypot(vehicle.x - self.goal.x, vehicle.y - self.goal.y) <= shift.at_distance:
                 self.shifts = tuple(other for other in self.shifts if other is not shift)
                 self.goal, self.moved = self.goal.compose(Pose2(*shift.offset)), True
+        return self.goal
 
     def next_exposure(self, until: float) -> float | None:
         """Time [s] of the next exposure, if that is not after `until`."""

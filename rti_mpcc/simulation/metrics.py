@@ -15,17 +15,15 @@ from geometry import Pose2, wrap
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_of, clearances
-from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
-from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
+from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spells
 from rti_mpcc.types import Array, Source, Status
 
-TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
-"""Figures of `summary` that differ from run to run."""
+TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")  # figures of `summary` that differ from run to run
 _ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
 
@@ -33,12 +31,16 @@ _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, S
 def summary(result: RunResult) -> dict[str, Any]:
     """Name to value; what was never reached or measured is None. SI units, times of the controller in ms."""
     truth = result.truth
-    errors = goal_errors(truth)
+    errors = errors_to(truth.goals, truth.poses)
     inside = np.all(np.abs(errors) <= result.config.goal_tolerance, axis=1)
     standing = inside & (np.abs(truth.v) <= STANDSTILL_SPEED)
     to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
     to_dock = time_to_dock(truth.times, standing)
-    end, clearance = _end_of_docking(result), float(np.min(body_clearances(result)))
+    bound = 0.0 if to_dock is None else energy_bound(truth, to_dock)
+    clearance = float(np.min(body_clearances(result)))
+    # The vehicle is to stand at its goal at the end of the last docking, or of the run.
+    ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
+    end = int(truth.rows_at(ends[-1:])[0]) if ends else -1
     return {
         "scenario": result.scenario.name,
         "method": result.method,
@@ -49,12 +51,13 @@ def summary(result: RunResult) -> dict[str, Any]:
         "time_to_dock_s": to_dock,
         "final_error": _named(errors[end]),
         "min_clearance_m": clearance if isfinite(clearance) else None,
-        "direction_changes": direction_changes(truth.times, truth.v),
+        "direction_changes": len(turning_points(truth.times, truth.v)),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
         "energy_to_dock": energy(truth, to_dock),
-        "energy_ratio": _energy_ratio(truth, to_dock),
+        # Over the least possible; none if the vehicle did not dock or move.
+        "energy_ratio": energy(truth, to_dock)["acceleration"] / bound if bound > 0.0 else None,
         "peak": {**_peaks(truth, to_dock), "jerk": peak_jerk(result, to_dock)},
         "comfort": result.config.comfort._asdict(),
         "hard_braking": hard_braking(result),
@@ -84,11 +87,6 @@ def errors_to(goals: Array, poses: Array) -> Array:
     longitudinal = c * difference[:, 0] + s * difference[:, 1]
     lateral = -s * difference[:, 0] + c * difference[:, 1]
     return np.stack([longitudinal, lateral, wrap(difference[:, 2])], axis=-1)
-
-
-def goal_errors(truth: Truth) -> Array:
-    """(n, 3) longitudinal [m], lateral [m] and heading [rad] error to the true goal, in the goal's frame."""
-    return errors_to(truth.goals, truth.poses)
 
 
 def goal_estimates(goals: Sequence[GoalEstimate | None]) -> Array:
@@ -147,40 +145,31 @@ def _named(error: Array) -> dict[str, float]:
     return dict(zip(_ERRORS, error.tolist(), strict=True))
 
 
-def _end_of_docking(result: RunResult) -> int:
-    """The sample at which the vehicle is to stand at its goal: the last one, or that of the last docking."""
-    ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
-    return int(result.truth.rows_at(ends[-1:])[0]) if ends else len(result.truth.times) - 1
-
-
 def _mission(result: RunResult) -> dict[str, Any]:
+    """Each step with its true error at its end: at a dock against its true pose."""
     if result.mission_result is None:
         return {}
-    steps = [
-        {
-            "step": record.place,
-            "kind": record.kind,
-            "attempt": record.attempt,
-            "begin_s": record.begin,
-            "end_s": record.end,
-            "result": record.result.value,
-            "reason": record.reason,
-            "final_error": _error_of(record, result.truth),
-        }
-        for record in result.mission
-    ]
+    truth, steps = result.truth, []
+    for record in result.mission:
+        goal, error = record.goal, None
+        if goal is not None and record.end is not None:
+            row = truth.rows_at([record.end])
+            if record.dock is not None:
+                goal = Pose2(*truth.goals[row[0]].tolist()).compose(goal.relative_to(record.dock))
+            error = _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row])[0])
+        steps.append(
+            {
+                "step": record.place,
+                "kind": record.kind,
+                "attempt": record.attempt,
+                "begin_s": record.begin,
+                "end_s": record.end,
+                "result": record.result.value,
+                "reason": record.reason,
+                "final_error": error,
+            }
+        )
     return {"mission": steps, "mission_result": result.mission_result.value}
-
-
-def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
-    """The true error at the end of a step; at a dock against its true pose."""
-    goal = record.goal
-    if goal is None or record.end is None:
-        return None
-    row = truth.rows_at([record.end])
-    if record.dock is not None:
-        goal = Pose2(*truth.goals[row[0]].tolist()).compose(goal.relative_to(record.dock))
-    return _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row])[0])
 
 
 def body_clearances(result: RunResult) -> Array:
@@ -247,17 +236,11 @@ def _peaks(truth: Truth, until: float | None) -> dict[str, float]:
     return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in names}
 
 
-def _energy_ratio(truth: Truth, until: float | None) -> float | None:
-    """Acceleration energy up to docking over the least possible; None if the vehicle did not dock or move."""
-    bound = 0.0 if until is None else energy_bound(truth, until)
-    return energy(truth, until)["acceleration"] / bound if bound > 0.0 else None
-
-
 def _expected_time(result: RunResult) -> float | None:
     """The docking time that the controller expects before the run; None where none is known before."""
     path = result.given_path
     try:
-        goal = result.scenario.planned_goal(path)
+        goal = result.scenario.planned_goal()
         seconds = inf if path is None else expected_docking_time(path, result.config, goal)
     except ConfigError:
         return None
@@ -281,13 +264,13 @@ def _planning(result: RunResult) -> dict[str, Any]:
 
 def _computing(cycles: Cycles) -> dict[str, Any]:
     """Over all cycles; the times leave the first cycle out."""
-    iterations = cycles.iterations[cycles.solved]
+    iterations = _percentiles(cycles.iterations[cycles.solved])
     return {
         "cycle_ms": _percentiles(cycles.step_ms[1:]),
         "feedback_ms": _percentiles(cycles.feedback_ms[1:]),
         "solver": {
-            "iterations_p50": _percentile(iterations, 50),
-            "iterations_p95": _percentile(iterations, 95),
+            "iterations_p50": iterations["p50"],
+            "iterations_p95": iterations["p95"],
             "failures": int(np.count_nonzero(cycles.failed)),
             "iteration_limit_cycles": int(np.count_nonzero(cycles.iteration_limit)),
         },
@@ -304,9 +287,5 @@ def _is_fallback(source: Source, status: Status) -> bool:
 
 
 def _percentiles(values: Array) -> dict[str, float | None]:
-    found = {f"p{percent}": _percentile(values, percent) for percent in (50, 95, 99)}
-    return found | {"max": _percentile(values, 100)}
-
-
-def _percentile(values: Array, percent: float) -> float | None:
-    return float(np.percentile(values, percent)) if len(values) else None
+    names = {"p50": 50, "p95": 95, "p99": 99, "max": 100}
+    return {name: float(np.percentile(values, q)) if len(values) else None for name, q in names.items()}

@@ -40,51 +40,36 @@ _TO_NODES = np.array(
         [5.0 / 36.0 + _ROOT / 30.0, 2.0 / 9.0 + _ROOT / 15.0, 5.0 / 36.0],
     ]
 )
-_LONGEST_STEP = 0.05
-"""Longest integration step [s]; at 10 m/s and full steering its error is below 1e-9 m."""
-_LAG_STEP = 0.005  # the same where actuators lag: over it what acts is constant
+_LONGEST_STEP = 0.05  # of integration [s]; at 10 m/s and full steering its error is below 1e-9 m
+_LAG_STEP = 0.005  # the same where actuators lag: over it acceleration and steering rate are constant
 SAME_TIME = 1e-9
 """Instants nearer than this [s] are the same: products of cycle and step counts differ by rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantFault:
-    """Actuators that do less than commanded from `begin` until before `end` [s]; shares of faults multiply.
-
-    Attributes:
-        steering_share: of the steering rate; 0: the steering is stuck.
-        braking_share: of an acceleration against the motion, > 0. At a standstill all of it acts.
-    """
+    """Actuators that do less than commanded from `begin` until before `end` [s]; shares multiply."""
 
     begin: float
     end: float
-    steering_share: float = 1.0
-    braking_share: float = 1.0
+    steering_share: float = 1.0  # of the steering rate; 0: the steering is stuck
+    braking_share: float = 1.0  # of an acceleration against the motion, > 0; at a standstill all of it acts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantParameters:
-    """The true vehicle; the controller knows neither the errors nor the gain.
+    """The true vehicle; the controller knows neither the errors nor the gain."""
 
-    Attributes:
-        wheelbase: [m]; steering_limit: mechanical stop of the measured steering angle [rad].
-        steering_rate_limit, acceleration_limit: the actuators saturate there [rad/s], [m/s²].
-        dead_time: of both actuators [s]; drive_lag, steering_lag: of first order [s].
-        steering_offset: the wheels stand at delta + offset [rad].
-        acceleration_gain: true over commanded acceleration; acceleration_offset: is added to it [m/s²].
-        faults: of the actuators, in any order.
-    """
-
-    wheelbase: float
-    steering_limit: float
-    steering_rate_limit: float
-    acceleration_limit: float
-    dead_time: float = 0.0
-    drive_lag: float = 0.0
-    steering_lag: float = 0.0
-    steering_offset: float = 0.0
-    acceleration_gain: float = 1.0
-    acceleration_offset: float = 0.0
+    wheelbase: float  # [m]
+    steering_limit: float  # mechanical stop of the measured steering angle [rad]
+    steering_rate_limit: float  # the actuators saturate there [rad/s]
+    acceleration_limit: float  # likewise [m/s²]
+    dead_time: float = 0.0  # of both actuators [s]
+    drive_lag: float = 0.0  # of first order [s]
+    steering_lag: float = 0.0  # likewise
+    steering_offset: float = 0.0  # the wheels stand at delta + offset [rad]
+    acceleration_gain: float = 1.0  # true over commanded acceleration
+    acceleration_offset: float = 0.0  # is added to the acceleration [m/s²]
     faults: tuple[PlantFault, ...] = ()
 
     @classmethod
@@ -102,35 +87,20 @@ class PlantParameters:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PendingCommand:
-    """A command on its way to the actuators: takes effect at `time` [s]; a [m/s²], delta_dot [rad/s]."""
-
-    time: float
-    acceleration: float
-    steering_rate: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class PlantState:
-    """The truth at one instant.
+    """The truth at one instant."""
 
-    Attributes:
-        time: [s]; x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
-        v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: that act [m/s²], [rad/s]; wanted: both as commanded, None: as they act.
-        pending: commands that have not taken effect, in the order of their times.
-    """
-
-    time: float = 0.0
-    x: float
-    y: float
-    phi: float
-    v: float = 0.0
-    delta: float = 0.0
-    acceleration: float = 0.0
-    steering_rate: float = 0.0
-    wanted: tuple[float, float] | None = None
-    pending: tuple[PendingCommand, ...] = ()
+    time: float = 0.0  # [s]
+    x: float  # of the rear axle [m]
+    y: float  # likewise [m]
+    phi: float  # heading, continuous [rad]
+    v: float = 0.0  # speed [m/s]
+    delta: float = 0.0  # steering angle as measured [rad]
+    acceleration: float = 0.0  # that acts [m/s²]
+    steering_rate: float = 0.0  # that acts [rad/s]
+    wanted: tuple[float, float] | None = None  # both as commanded; None: as they act
+    # (From time [s], both as commanded), in order.
+    pending: tuple[tuple[float, tuple[float, float]], ...] = ()
 
     @property
     def pose(self) -> Pose2:
@@ -158,12 +128,11 @@ def issue(
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
-    queued = PendingCommand(
-        time=plant.time + parameters.dead_time + delay,
-        acceleration=_clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain,
-        steering_rate=_clip(steering_rate, parameters.steering_rate_limit),
-    )
-    place = sum(command.time <= queued.time + SAME_TIME for command in plant.pending)
+    acceleration = _clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain
+    steering_rate = _clip(steering_rate, parameters.steering_rate_limit)
+    begin = plant.time + parameters.dead_time + delay
+    place = sum(time <= begin + SAME_TIME for time, _ in plant.pending)
+    queued = begin, (acceleration, steering_rate)
     return replace(plant, pending=(*plant.pending[:place], queued, *plant.pending[place:]))
 
 
@@ -171,41 +140,27 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
     """The plant at time `until` [s] (not before its own time), cut wherever an actuator switches."""
     longest = _LAG_STEP if parameters.drive_lag or parameters.steering_lag else _LONGEST_STEP
     while True:
-        plant = _take_effect(plant)
+        if due := [wanted for time, wanted in plant.pending if time <= plant.time + SAME_TIME]:
+            plant = replace(plant, wanted=due[-1], pending=plant.pending[len(due) :])
         if until - plant.time <= SAME_TIME:
             return _following(plant, parameters, 0.0)
-        switch = plant.pending[0].time if plant.pending else inf
+        switch = plant.pending[0][0] if plant.pending else inf
         steering_share, braking_share, change = _shares(plant, parameters)
-        acting = _following(plant, parameters, 0.5 * longest)
-        acceleration, standstill = _acceleration_until_standstill(
-            acting, parameters.acceleration_offset, braking_share
-        )
+        acting, offset = _following(plant, parameters, 0.5 * longest), parameters.acceleration_offset
+        acceleration, standstill = _acceleration_until_standstill(acting, offset, braking_share)
         rate, stop = _steering_until_stop(acting, parameters, steering_share)
         end = min(until, switch, change, standstill, stop, plant.time + longest)
         plant = _following(plant, parameters, end - plant.time)
         plant = _integrate(plant, parameters, acceleration, rate, end, at_stop=end == stop)
 
 
-def _take_effect(plant: PlantState) -> PlantState:
-    """Commands whose time has come act; of several the last one."""
-    if not plant.pending or plant.pending[0].time > plant.time + SAME_TIME:
-        return plant
-    due = [command for command in plant.pending if command.time <= plant.time + SAME_TIME]
-    wanted = due[-1].acceleration, due[-1].steering_rate
-    return replace(plant, wanted=wanted, pending=plant.pending[len(due) :])
-
-
 def _following(plant: PlantState, parameters: PlantParameters, seconds: float) -> PlantState:
-    """What acts so much later, at the same place: it follows what is commanded."""
+    """Acceleration and steering rate so much later, at the same place: they follow the command."""
     if plant.wanted is None:
         return plant
-    a, rate = plant.wanted
-    a = _lagged(plant.acceleration, a, seconds, parameters.drive_lag)
-    return replace(
-        plant,
-        acceleration=a,
-        steering_rate=_lagged(plant.steering_rate, rate, seconds, parameters.steering_lag),
-    )
+    acceleration = _lagged(plant.acceleration, plant.wanted[0], seconds, parameters.drive_lag)
+    rate = _lagged(plant.steering_rate, plant.wanted[1], seconds, parameters.steering_lag)
+    return replace(plant, acceleration=acceleration, steering_rate=rate)
 
 
 def _lagged(value: float, towards: float, seconds: float, lag: float) -> float:
@@ -214,8 +169,6 @@ def _lagged(value: float, towards: float, seconds: float, lag: float) -> float:
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
     """Shares of steering rate and braking that act, and until when [s]."""
-    if not parameters.faults:
-        return 1.0, 1.0, inf
     now = plant.time + SAME_TIME
     acting = [fault for fault in parameters.faults if fault.begin <= now < fault.end]
     edges = [edge for fault in parameters.faults for edge in (fault.begin, fault.end) if edge > now]

@@ -18,35 +18,24 @@ from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Command, MissionResult
 
-STANDSTILL_SPEED = 0.02
-"""Slower than this [m/s] is standing."""
-DOCK_TIME = 0.5
-"""So long [s] inside tolerance and standing is docked."""
+STANDSTILL_SPEED = 0.02  # slower than this [m/s] is standing
+DOCK_TIME = 0.5  # so long [s] inside tolerance and standing is docked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """The truth at every plant step. All arrays are read-only.
+    """The truth at each of n plant steps. All arrays are read-only."""
 
-    Attributes:
-        times: (n,) [s]; poses: (n, 3) x [m], y [m], continuous phi [rad] of the rear axle.
-        v, delta: (n,) speed [m/s], steering angle as measured [rad].
-        theta: (n,) progress along the route [m], restarts with each one; part: (n,) index of its active part.
-        acceleration, steering_rate: (n,) of the actuators [m/s²], [rad/s], mean from this step to the next.
-        lateral_acceleration: (n,) v times the yaw rate [m/s²].
-        goals: (n, 3) the true goal x [m], y [m], phi [rad].
-    """
-
-    times: Array
-    poses: Array
-    v: Array
-    delta: Array
-    theta: Array
-    part: NDArray[np.int64]
-    acceleration: Array
-    steering_rate: Array
-    lateral_acceleration: Array
-    goals: Array
+    times: Array  # (n,) [s]
+    poses: Array  # (n, 3) x [m], y [m], continuous phi [rad] of the rear axle
+    v: Array  # (n,) speed [m/s]
+    delta: Array  # (n,) steering angle as measured [rad]
+    theta: Array  # (n,) progress along the route [m], restarts with each one
+    part: NDArray[np.int64]  # (n,) index of the route's active part
+    acceleration: Array  # (n,) of the drive [m/s²], mean from this step to the next
+    steering_rate: Array  # (n,) of the steering [rad/s], likewise
+    lateral_acceleration: Array  # (n,) v times the yaw rate [m/s²]
+    goals: Array  # (n, 3) the true goal x [m], y [m], phi [rad]
 
     @classmethod
     def of(cls, samples: Sequence[Sequence[float]], parameters: PlantParameters) -> Truth:
@@ -54,18 +43,22 @@ class Truth:
         table = np.array(samples)
         times, v, delta = table[:, 0], table[:, 4], table[:, 5]
         yaw_rate = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
-        return cls(
-            times=_kept(times),
-            poses=_kept(table[:, 1:4]),
-            v=_kept(v),
-            delta=_kept(delta),
-            theta=_kept(table[:, 6]),
-            part=_kept(table[:, 7], np.int64),
-            acceleration=_kept(_slopes(times, v)),
-            steering_rate=_kept(_slopes(times, delta)),
-            lateral_acceleration=_kept(v * yaw_rate),
-            goals=_kept(table[:, 8:11]),
-        )
+        columns: dict[str, NDArray[Any]] = {
+            "times": times,
+            "poses": table[:, 1:4],
+            "v": v,
+            "delta": delta,
+            "theta": table[:, 6],
+            "part": table[:, 7].astype(np.int64),
+            "acceleration": _slopes(times, v),
+            "steering_rate": _slopes(times, delta),
+            "lateral_acceleration": v * yaw_rate,
+            "goals": table[:, 8:11],
+        }
+        kept = {name: np.array(column) for name, column in columns.items()}
+        for column in kept.values():
+            column.setflags(write=False)
+        return cls(**kept)
 
     def rows_at(self, times: ArrayLike) -> NDArray[np.int64]:
         """(k,) the sample at each of `times` (k,) [s], or the first one after it."""
@@ -97,24 +90,20 @@ _DIAGNOSTICS = {
 }
 
 
-def cycle_table(times: Sequence[float], commands: Sequence[Command], step_ms: Sequence[float]) -> Cycles:
-    """A read-only row for each cycle at `times` [s]; columns are attributes, such as `cycles.status`.
+def cycle_table(cycles: Sequence[tuple[float, float, Command]]) -> Cycles:
+    """A read-only row for each cycle (time [s], wall time of all of step() [ms], command).
 
-    Columns: `times`; `step_ms`, wall time of all of step(); `solved`, whether a QP was given to the solver;
-    some fields of `Command` and `Diagnostics` by their names.
+    Columns are attributes, such as `cycles.status`: `times`; `step_ms`; `solved`, whether a QP was given to
+    the solver; some fields of `Command` and `Diagnostics` by their names.
     """
-    head = {"times": float, "step_ms": float, "solved": bool}
-    rows = [
-        (
-            time,
-            spent,
-            command.diagnostics.solver_status != "",
-            *(getattr(command, name) for name in _COMMAND),
-            *(getattr(command.diagnostics, name) for name in _DIAGNOSTICS),
-        )
-        for time, command, spent in zip(times, commands, step_ms, strict=True)
-    ]
-    table = np.array(rows, dtype=list((head | _COMMAND | _DIAGNOSTICS).items())).view(np.recarray)
+    rows = []
+    for time, step_ms, command in cycles:
+        told = command.diagnostics
+        sent = (getattr(command, name) for name in _COMMAND)
+        more = (getattr(told, name) for name in _DIAGNOSTICS)
+        rows.append((time, step_ms, told.solver_status != "", *sent, *more))
+    kinds = {"times": float, "step_ms": float, "solved": bool, **_COMMAND, **_DIAGNOSTICS}
+    table = np.array(rows, dtype=list(kinds.items())).view(np.recarray)
     table.flags.writeable = False
     return table
 
@@ -127,12 +116,6 @@ def _slopes(times: Array, values: Array) -> Array:
     return np.append(slopes, slopes[-1])
 
 
-def _kept(values: ArrayLike, kind: type[np.generic] = np.float64) -> NDArray[Any]:
-    array = np.array(values, dtype=kind)
-    array.flags.writeable = False
-    return array
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planning:
     """Total time of the searches for a route [s], and how often the controller replanned."""
@@ -143,19 +126,7 @@ class Planning:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """A whole run.
-
-    Attributes:
-        scenario, preset, method, seed: of the run; goal_source: how the controller knew the goal.
-        config: settings of the controller; detector: whether there was a detector of the goal.
-        paths: (from time [s], route) in order of time: the given path, then the planned routes.
-        obstacles: (from time [s], outlines (k, 2) [m] beside those of the area) in order of time.
-        corridor: along the given path, area: around the vehicle; one of them is None.
-        planning: of routes; None along a path that the vehicle did not leave.
-        truth: at each plant step; cycles: see `cycle_table`.
-        ended: "docked", "mission over", "stopped" or "duration".
-        mission: all steps that were started; mission_result: None without a mission.
-    """
+    """A whole run."""
 
     scenario: Scenario
     preset: str
@@ -163,17 +134,19 @@ class RunResult:
     seed: int
     goal_source: GoalSource
     config: ControllerConfig
-    detector: bool
+    detector: bool  # whether there was a detector of the goal
+    # (From time [s], route) in order of time: the given path, then the planned routes.
     paths: tuple[tuple[float, ReferencePath], ...]
+    # (From time [s], outlines (k, 2) [m] beside those of the area) in order of time.
     obstacles: tuple[tuple[float, tuple[Array, ...]], ...]
-    corridor: Corridor | None
-    area: Area | None
-    planning: Planning | None
+    corridor: Corridor | None  # along the given path
+    area: Area | None  # in place of a path and its corridor
+    planning: Planning | None  # None along a path that the vehicle did not leave
     truth: Truth
     cycles: Cycles
-    ended: str
-    mission: tuple[StepRecord, ...] = ()
-    mission_result: MissionResult | None = None
+    ended: str  # "docked", "mission over", "stopped" or "duration"
+    mission: tuple[StepRecord, ...] = ()  # all steps that were started
+    mission_result: MissionResult | None = None  # None without a mission
 
     @property
     def path(self) -> ReferencePath:

@@ -12,20 +12,16 @@ from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth
 from rti_mpcc.types import Array
 
-TURNING_TRAVEL = 0.05
-"""A change of direction counts after this travel in the new one [m]."""
-HARD = 1.1
-"""Braking with more than this multiple of the comfort acceleration is hard."""
+TURNING_TRAVEL = 0.05  # a change of direction counts after this travel in the new one [m]
+HARD = 1.1  # braking with more than this multiple of the comfort acceleration is hard
 _ROUNDING = 1e-9
 
 
-def direction_changes(times: Array, v: Array) -> int:
-    """Number of changes of direction, cusps included, each with `TURNING_TRAVEL` in the new direction."""
-    return len(turning_points(times, v))
-
-
 def turning_points(times: Array, v: Array) -> list[int]:
-    """The samples at which those changes start: the farthest in the direction before."""
+    """The samples of changes of direction, cusps included: the farthest in the direction before.
+
+    Each change has `TURNING_TRAVEL` in the new direction.
+    """
     turns: list[int] = []
     travel = _travel(times, v).tolist()
     direction, lowest, highest = 0, 0, 0  # samples of the extremes since the last change

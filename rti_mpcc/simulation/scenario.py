@@ -1,4 +1,4 @@
-"""A whole scenario file as a frozen checked model, and the objects that follow from it.
+"""A scenario file as a frozen checked model, the objects that follow from it; read, changed, written back.
 
 A scenario gives either a path and its corridor, or a start and an area in which the route to the goal is
 planned. Its tables are in `sections`; what they must be to one another is checked here.
@@ -6,41 +6,53 @@ planned. Its tables are in `sections`; what they must be to one another is check
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Iterator, Mapping
+from functools import partial
+from importlib.resources import files
 from math import tan
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any
 
+import tomlkit
 from pydantic import Field
 
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.config import (
-    COMFORT_ACCELERATION,
-    ActuatorModel,
-    ControllerConfig,
-    GoalTracking,
-    Limits,
-    Vehicle,
-)
+from rti_mpcc.config import ActuatorModel, ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.errors import ScenarioError
 from rti_mpcc.paper import with_method
-from rti_mpcc.planning import goals
+from rti_mpcc.planning.goals import checked_goal
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.route_planner.problem import BOX
+from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
-from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple, VehicleTable
-from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
-from rti_mpcc.simulation.sections.faults import FaultSection, plant_faults
+from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
+    ListOf,
+    Section,
+    Triple,
+    VehicleTable,
+    read_toml,
+    refusal,
+    validated,
+)
+from rti_mpcc.simulation.sections.controller import (
+    ControllerSection,
+    MissionSection,
+    SimulationSection,
+    StraightStep,
+    built_step,
+)
 from rti_mpcc.simulation.sections.goal import GoalSection
-from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, StraightStep, built_step
-from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, PathSection
 
+_LOG = logging.getLogger(__name__)
+_BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
 PRESETS = ("default", "paper", "paper_printed")
 _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
-
-AnySection = TypeVar("AnySection", bound=Section)
 
 
 class PoseSection(Section):
@@ -52,14 +64,13 @@ class PoseSection(Section):
 class Scenario(Section):
     """A whole scenario file. Units are SI and radians; arc lengths count along the whole route.
 
-    A table that is not in the file is None here: `given_path` and `given_corridor`, or `start` and `area`.
-    `path` and `corridor` are those of a scenario that has them.
+    It has either `path` and `corridor`, or `start` and `area`; the others are None.
     """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     description: str = ""
-    given_path: PathSection | None = Field(default=None, alias="path")
-    given_corridor: CorridorSection | None = Field(default=None, alias="corridor")
+    path: PathSection | None = None
+    corridor: CorridorSection | None = None
     start: PoseSection | None = None
     area: AreaSection | None = None
     goal: GoalSection = GoalSection()
@@ -76,27 +87,16 @@ class Scenario(Section):
         """It gives a start and an area: the route to the goal is planned."""
         return self.area is not None
 
-    @property
-    def path(self) -> PathSection:
-        """The path. Raises InputError where there is none."""
-        return self._had(self.given_path, "path")
-
-    @property
-    def corridor(self) -> CorridorSection:
-        """The corridor. Raises InputError where there is none."""
-        return self._had(self.given_corridor, "corridor")
-
-    def _had(self, section: AnySection | None, name: str) -> AnySection:
-        if section is None:
-            raise InputError(f"{self.name}: has no [{name}]")
-        return section
-
     def build_path(self) -> ReferencePath:
         """The route. Raises PathError, or InputError where none is given."""
+        if self.path is None:
+            raise InputError(f"{self.name}: has no [path]")
         return self.path.build()
 
     def build_corridor(self, path: ReferencePath) -> Corridor:
         """The drivable area along `path`. Raises CorridorError, or InputError where none is given."""
+        if self.corridor is None:
+            raise InputError(f"{self.name}: has no [corridor]")
         return self.corridor.build(path)
 
     def start_pose(self) -> Pose2:
@@ -107,26 +107,23 @@ class Scenario(Section):
 
     def build_area(self) -> Area:
         """Where the vehicle may be. Raises AreaError, or InputError where none is given."""
-        area = self._had(self.area, "area").build()
+        if self.area is None:
+            raise InputError(f"{self.name}: has no [area]")
         ends = [(pose.x, pose.y) for pose in (self.start_pose(), self.goal_pose())]
-        return area.bounded(ends, BOX)
+        return self.area.build().bounded(ends, BOX)
 
-    def goal_pose(self, path: ReferencePath | None = None) -> Pose2:
-        """The true goal before any shift, world frame. Raises InputError where it needs the `path`."""
+    def goal_pose(self) -> Pose2:
+        """The true goal before any shift, world frame. Raises as `build_path`."""
         if self.goal.pose is not None:
             return Pose2(*self.goal.pose)
-        if path is None:
-            raise InputError("goal.pose: required where there is no path")
-        return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
+        end = self.build_path().end
+        return end if self.goal.offset is None else end.compose(Pose2(*self.goal.offset))
 
-    def planned_goal(self, path: ReferencePath | None = None) -> Pose2 | None:
-        """The goal at the start of the controller.
-
-        None: the path's last pose. Arguments and errors as `goal_pose`.
-        """
+    def planned_goal(self) -> Pose2 | None:
+        """The goal at the controller's start; None: the path's last pose."""
         if self.goal.measurement is not None:
-            return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
-        return None if self.goal.is_path_end else self.goal_pose(path)
+            return self.goal_pose().compose(Pose2(*self.goal.measurement.initial_offset))
+        return None if self.goal.is_path_end else self.goal_pose()
 
     def controller_config(
         self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
@@ -138,11 +135,14 @@ class Scenario(Section):
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
         section, simulation, measurement = self.controller, self.simulation, self.goal.measurement
+        # What the controller assumes of its actuators is the truth where its section does not say otherwise.
+        names = set(ActuatorModel.model_fields)
+        assumed = simulation.model_dump(include=names) | section.model_dump(include=names, exclude_none=True)
         changes: dict[str, Any] = {
             "vehicle": self.vehicle,
             "limits": self.limits,
             "cycle": simulation.cycle,
-            "actuators": self._actuators(),
+            "actuators": ActuatorModel(**assumed),
             "goal_tolerance": self.goal.tolerance,
         }
         if (measurement is not None) if detections is None else detections:
@@ -152,21 +152,13 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        changes.update(
-            section.model_dump(exclude={*ActuatorModel.model_fields, "docking_time"}, exclude_none=True)
-        )
+        changes |= section.model_dump(exclude={*names, "docking_time"}, exclude_none=True)
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
         config = with_method(make.get(preset, ControllerConfig)(**changes), method)
         if section.docking_time is None:
             return config
         path = self.build_path()
-        return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
-
-    def _actuators(self) -> ActuatorModel:
-        """What the controller assumes: as its section says, or else the truth."""
-        names = set(ActuatorModel.model_fields)
-        given = self.controller.model_dump(include=names, exclude_none=True)
-        return ActuatorModel(**(self.simulation.model_dump(include=names) | given))
+        return config_for_docking_time(section.docking_time, path, config, self.planned_goal())
 
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
@@ -174,11 +166,13 @@ class Scenario(Section):
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
     def _problems(self) -> Iterator[KeyProblem]:
-        found = [*self._ground_problems(), *self._comfort_problems(), *self._mission_problems()]
-        yield from found or (self._settings_problems() if self.in_area else self._path_problems())
+        found = [*self._ground_problems(), *self._mission_problems()]
+        if not found and self.path is not None and self.corridor is not None:
+            found += self._problems_along(self.path.build(), self.corridor)
+        yield from found or refusal("controller", None, self.controller_config)
 
     def _ground_problems(self) -> Iterator[KeyProblem]:
-        on_path = {"path": self.given_path, "corridor": self.given_corridor}
+        on_path = {"path": self.path, "corridor": self.corridor}
         in_area = {"start": self.start, "area": self.area}
         given = [key for key, section in in_area.items() if section is not None]
         if given and any(section is not None for section in on_path.values()):
@@ -195,12 +189,6 @@ class Scenario(Section):
             allowed = "only with [path]: the time of a planned route is not known before"
             yield KeyProblem("controller.docking_time", time, allowed)
 
-    def _comfort_problems(self) -> Iterator[KeyProblem]:
-        comfort = self.controller.comfort_acceleration or COMFORT_ACCELERATION
-        if comfort > self.limits.acceleration:
-            allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
-            yield KeyProblem("controller.comfort_acceleration", comfort, allowed)
-
     def _mission_problems(self) -> Iterator[KeyProblem]:
         body = self.goal.body
         if not self.mission:
@@ -213,74 +201,124 @@ class Scenario(Section):
             key = f"mission[{index}]"
             if isinstance(step, StraightStep) and step.contact and body is None:
                 yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
-            planned = ("approach", "tolerance", "uncertainty") if isinstance(step, DockStep) else ()
-            misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
-            allowed = "only in an area, where the route to the dock is planned"
-            yield from (KeyProblem(f"{key}.{name}", None, allowed) for name in misplaced)
-            try:
-                if not misplaced:
-                    built_step(step, goal, body)
-            except InputError as error:
-                yield KeyProblem(key, None, str(error))
+            yield from refusal(key, None, partial(built_step, step, goal, body))
             if step.retry_from is not None and step.retry_from > index:
                 yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:
                 yield KeyProblem(f"{key}.then", "home", "needs [home]")
 
-    def _path_problems(self) -> Iterator[KeyProblem]:
+    def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
-        path, width = self.build_path(), self.vehicle.least_width
-        if narrow := [each.below("corridor") for each in self.corridor.problems_along(path, width)]:
-            yield from narrow
-            return
         try:
-            corridor = self.build_corridor(path)
+            corridor = section.build(path)
         except InputError as error:
-            yield KeyProblem("corridor", None, str(error))
+            yield KeyProblem("corridor", None, str(error).removesuffix("."))
             return
-        narrowest, theta = corridor.narrowest()
+        (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
         if narrowest < width - 1e-6:
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
             yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
-        for key, goal in self._goals(path):
-            problem = goals.checked_goal(goal, path, corridor, self.vehicle).problem
-            if problem:
-                value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
-                yield KeyProblem(key, value, f"out of reach, {problem}")
-        yield from self._settings_problems()
-
-    def _goals(self, path: ReferencePath) -> Iterator[tuple[str, Pose2]]:
-        planned, goal = self.planned_goal(path), self.goal_pose(path)
-        if self.goal.measurement is not None and planned is not None:
-            yield "goal.measurement.initial_offset", planned
-        if not self.goal.is_path_end:
-            yield "goal", goal
+        goal = self.goal_pose()
+        goals = {} if self.goal.is_path_end else {"goal": goal}
+        if (seen := self.goal.measurement) is not None:
+            goals = {"goal.measurement.initial_offset": goal.compose(Pose2(*seen.initial_offset)), **goals}
         for index, shift in enumerate(self.goal.shifts):
             goal = goal.compose(Pose2(*shift.offset))
-            yield f"goal.shifts[{index}]", goal
+            goals[f"goal.shifts[{index}]"] = goal
+        for key, goal in goals.items():
+            if problem := checked_goal(goal, path, corridor, self.vehicle).problem:
+                value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
+                yield KeyProblem(key, value, f"out of reach, {problem}")
 
-    def _settings_problems(self) -> Iterator[KeyProblem]:
-        try:
-            self.controller_config("default")
-        except InputError as error:
-            yield KeyProblem("controller", None, str(error))
 
-    def remarks(self) -> list[str]:
-        """Warnings, a line each: degrees in place of radians, and a path that bends too sharply."""
-        path = self.given_path
-        poses: dict[str, Any] = {
-            "start.pose": self.start and self.start.pose,
-            "path.start": path and path.start,
-            "goal.pose": self.goal.pose,
-            "goal.offset": self.goal.offset,
-            "home.pose": self.home and self.home.pose,
-        }
-        found = [degrees_hint(f"{key}[2]", pose[2]) for key, pose in poses.items() if pose is not None]
-        if path is not None:
-            bend, possible = path.build().max_curvature, tan(self.limits.steering) / self.vehicle.wheelbase
-            if bend > possible * (1.0 + 1e-9):
-                most = f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m)"
-                told = f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer {most}"
-                found.append(f"{told}; it is smoothed or left there")
-        return [remark for remark in found if remark]
+def builtin_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with the package, sorted."""
+    names = (Path(entry.name) for entry in _BUILT_IN.iterdir())
+    return tuple(sorted(name.stem for name in names if name.suffix == ".toml"))
+
+
+def load_scenario(name_or_file: str | Path) -> Scenario:
+    """A built-in scenario by name, or a .toml file; logs warnings.
+
+    Raises ScenarioError with one line a problem: `file: key = value: what is allowed`.
+    """
+    name, file = str(name_or_file), Path(name_or_file)
+    if name in builtin_names():
+        file = Path(str(_BUILT_IN / f"{name}.toml"))
+        name = file.name
+    elif file.suffix != ".toml":
+        raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
+    return _remarked(read_toml(Scenario, file, name), name)
+
+
+def scenario_from_dict(
+    data: Mapping[str, Any], *, source: str = "scenario", folder: Path | None = None
+) -> Scenario:
+    """A scenario from the tables of a file as dicts and lists. Raises ScenarioError as `load_scenario`.
+
+    `source` stands in front of error messages; a relative path.file or area.map lies in `folder`, by default
+    in the working directory.
+    """
+    return _remarked(validated(Scenario, data, source=source, folder=folder), source)
+
+
+def _remarked(scenario: Scenario, source: str) -> Scenario:
+    """Warn of degrees in place of radians, and of a path that bends too sharply."""
+    path, goal = scenario.path, scenario.goal
+    poses: dict[str, Any] = {
+        "start.pose": scenario.start and scenario.start.pose,
+        "path.start": path and path.start,
+        "goal.pose": goal.pose,
+        "goal.offset": goal.offset,
+        "home.pose": scenario.home and scenario.home.pose,
+    }
+    for key, pose in poses.items():
+        if pose is not None and (hint := degrees_hint(f"{key}[2]", pose[2])):
+            _LOG.warning("%s: %s", source, hint)
+    if path is not None:
+        bend = path.build().max_curvature
+        possible = tan(scenario.limits.steering) / scenario.vehicle.wheelbase
+        if bend > possible * (1.0 + 1e-9):
+            most = f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m)"
+            told = f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer {most}"
+            _LOG.warning("%s: %s; it is smoothed or left there", source, told)
+    return scenario
+
+
+def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
+    """The scenario with other values, checked anew: changed(s, {"goal.offset": [1, 3, 0]}).
+
+    A key is dotted as in the file (lists are replaced whole); the value None takes the key out.
+    """
+    data = scenario.model_dump(by_alias=True, exclude_unset=True)
+    for key, value in changes.items():
+        *tables, last = key.split(".")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        if value is None:
+            table.pop(last, None)
+        else:
+            table[last] = value
+    return scenario_from_dict(data, source=scenario.name)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario file (TOML): only what was set, so that defaults stay defaults. It is read back as equal.
+
+    A path.file or area.map is written as an absolute path: the text may be put anywhere.
+    """
+    data = scenario.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
+    for table, key in (("path", "file"), ("area", "map")):
+        if key in data.get(table, {}):
+            data[table][key] = str(Path(data[table][key]).absolute())
+    return tomlkit.dumps(data)
+
+
+def save_scenario(scenario: Scenario, folder: Path) -> Path:
+    """Write FOLDER/<name>.toml, making the folder where it is missing, and return that file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{scenario.name}.toml"
+    file.write_text(scenario_text(scenario), encoding="utf-8")
+    return file

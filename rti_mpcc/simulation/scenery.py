@@ -1,4 +1,7 @@
-"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault."""
+"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault.
+
+And how near a body is to them, as the metrics measure it: by shapely alone, with `geometry.clearance`.
+"""
 
 from __future__ import annotations
 
@@ -7,46 +10,36 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
+from geometry.clearance import Segments, clearance
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath
-from geometry.outline import outline_at
+from geometry import Area, Corridor, PathPart, Pose2, ReferencePath
+from geometry.outline import outline_at, shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
-from rti_mpcc.simulation.sections.faults import FaultSection
+from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.types import Array
 
-THICKNESS = 0.5
-"""Of an obstacle that blocks the route, along it [m]."""
-ACROSS = 10.0
-"""Its largest reach to each side of the path, if no boundary is nearer [m]."""
-BESIDE = 0.5
-"""Its reach in an area beyond both sides of a body on the path [m]."""
-_TOUCHING = 1e-3
-"""Bodies that are nearer to one another are in contact [m]."""
+THICKNESS = 0.5  # of an obstacle that blocks the route, along it [m]
+ACROSS = 10.0  # its largest reach to each side of the path, if no boundary is nearer [m]
+BESIDE = 0.5  # its reach in an area beyond both sides of a body on the path [m]
+_TOUCHING = 1e-3  # bodies that are nearer to one another are in contact [m]
+_SLICE = 500  # bodies measured in one call: few things are near to so few of them
 
 Outlines = Sequence[Array]
 
 
 @dataclass(slots=True, kw_only=True)
 class Scenery:
-    """Every change of the obstacles of a run.
+    """Every change of the obstacles of a run: of the corridor's, or beside those of the area."""
 
-    Attributes:
-        path: the current route, None before the first one; corridor: along the path, None in an area.
-        faults: those that block the route; walls: the outline of each across the route.
-        obstacles_at: polygons (k, 2) [m] at a time [s] in place of the corridor's own, or beside those of
-            the area; or None.
-        changes: (from time [s], obstacles) in order of time: those of the corridor, or beside the area's.
-    """
-
-    path: ReferencePath | None
-    corridor: Corridor | None
+    path: ReferencePath | None  # the current route, None before the first one
+    corridor: Corridor | None  # along the path, None in an area
     vehicle: Vehicle
-    faults: tuple[FaultSection, ...] = ()
-    obstacles_at: Callable[[float], Outlines] | None = None
-    changes: list[tuple[float, Outlines]] = field(default_factory=list)
-    walls: dict[FaultSection, Array] = field(default_factory=dict)
+    faults: tuple[FaultSection, ...] = ()  # those that block the route
+    obstacles_at: Callable[[float], Outlines] | None = None  # see `simulate`
+    changes: list[tuple[float, Outlines]] = field(default_factory=list)  # (from time [s], obstacles)
+    walls: dict[FaultSection, Array] = field(default_factory=dict)  # of each fault across the route
 
     @property
     def changing(self) -> bool:
@@ -65,7 +58,8 @@ class Scenery:
         own = () if self.corridor is None else self.corridor.obstacles
         usual = own if self.obstacles_at is None else self.obstacles_at(now)
         found = [*usual, *(self.walls[fault] for fault in acting)]
-        if not self.changes or not _same(found, self.changes[-1][1]):
+        known = self.changes[-1][1] if self.changes else None
+        if known is None or len(found) != len(known) or not all(map(np.array_equal, found, known)):
             self.changes.append((now, found))
         return found
 
@@ -113,10 +107,6 @@ def _reach(foot: Pose2, side: float, boundaries: shapely.MultiLineString) -> flo
     return ACROSS if met.is_empty else float(shapely.Point(foot.x, foot.y).distance(met))
 
 
-def _same(outlines: Outlines, known: Outlines) -> bool:
-    return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))
-
-
 def with_body(
     changes: Sequence[tuple[float, Outlines]],
     log: Sequence[StepRecord],
@@ -141,3 +131,24 @@ def touches(pose: Pose2, vehicle: Vehicle, body: Array | None) -> bool:
         return False
     own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
     return bool(own.distance(shapely.Polygon(body)) <= _TOUCHING)
+
+
+def area_clearance(area: Area, poses: Array, vehicle: Vehicle) -> Array:
+    """Signed clearance (n,) [m] of the body at poses (n, 3) to all that is solid; +inf where nothing is.
+
+    Where something is crossed: minus the deepest penetration.
+    """
+    outline = area.boundary
+    rings = [*([] if outline is None else [outline]), *area.obstacles]
+    origin = np.round(rings[0][0]) if rings else np.zeros(2)  # maps may be far from (0, 0)
+    walls = Segments.of([] if outline is None else [np.concatenate((outline, outline[:1])) - origin])
+    things = np.array([shape_of(ring - origin) for ring in area.obstacles], dtype=np.object_)
+    tree, local = shapely.STRtree(things), poses - np.array([*origin, 0.0])
+    found = [np.zeros(0)]
+    for begin in range(0, len(local), _SLICE):
+        bodies = body_polygons(local[begin : begin + _SLICE], vehicle)
+        shapes = shapely.polygons(bodies)
+        met = tree.query(shapes, predicate="intersects")[1]
+        near = np.union1d(tree.query_nearest(shapes)[1], met).astype(np.int64)
+        found.append(clearance(walls, things[near], bodies))
+    return np.concatenate(found)

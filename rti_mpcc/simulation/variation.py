@@ -17,10 +17,8 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_of, clearances
-from rti_mpcc.simulation.campaign import MOST
-from rti_mpcc.simulation.campaign_row import Drawn
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.campaign import MOST, Drawn
+from rti_mpcc.simulation.scenario import Scenario, changed
 
 START = GOAL = (0.5, 0.3, radians(5.0))
 """Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `ROOM`."""
@@ -36,8 +34,7 @@ ROOM = 0.1
 """A shift is halved, at most `HALVINGS` times, until the body has this clearance [m], or that without the
 shift, at the start and at the goal of an area."""
 HALVINGS = 6
-DIGITS = 5
-"""Of all random values, so that a saved case is readable."""
+DIGITS = 5  # of all random values, so that a saved case is readable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +64,7 @@ class VariedCase:
     def drawn(self, scenario: Scenario) -> Drawn:
         """How start and goal are shifted: along, beside [m], turned [rad]; the plant as in the scenario."""
         start = scenario.start_pose().relative_to(self.base.start_pose())
-        goal = _goal(scenario).relative_to(_goal(self.base))
+        goal = scenario.goal_pose().relative_to(self.base.goal_pose())
         names = ("state_noise", "wheelbase_error", "steering_offset", "acceleration_gain", "dead_time")
         return {
             "course": {"start": _rounded(start), "goal": _rounded(goal)},
@@ -79,8 +76,8 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
     """The scenario with some of `PARTS` drawn. Raises ScenarioError where it allows no change of a part."""
     start, goal = ([_drawn(random, most) for most in shift] for shift in (START, GOAL))
     changes = {"noise": _noise(scenario, random), "plant": _plant(scenario, random)}
-    for part in ("noise", "plant"):
-        scenario = changed(scenario, changes[part]) if part in vary else scenario
+    for part, values in changes.items():
+        scenario = changed(scenario, values) if part in vary else scenario
     if "start" in vary:
         scenario = _shifted(scenario, "simulation.start_offset", scenario.simulation.start_offset, start)
     if "goal" in vary:
@@ -92,12 +89,11 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
 
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
     position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
-    own, more = scenario.simulation.state_noise, (position, position, *others)
-    noise = [mine + some for mine, some in zip(own, more, strict=True)]
+    noise = np.add(scenario.simulation.state_noise, (position, position, *others)).tolist()
     changes: dict[str, Any] = {"simulation.state_noise": noise}
-    factors = {name: 1.0 + _drawn(random, DETECTION) for name in ("position_std", "heading_std")}
-    if (seen := scenario.goal.measurement) is not None:
-        for name, factor in factors.items():
+    for name in ("position_std", "heading_std"):
+        factor = 1.0 + _drawn(random, DETECTION)
+        if (seen := scenario.goal.measurement) is not None:
             changes[f"goal.measurement.{name}"] = factor * getattr(seen, name)
     return changes
 
@@ -136,10 +132,6 @@ def _room(scenario: Scenario) -> float:
         return float(scenario.build_area().signed_distances(body_of(vehicle), np.array(poses)).min())
     corridor = scenario.build_corridor(scenario.build_path())
     return float(clearances(np.array(poses), corridor, 0, vehicle).min())
-
-
-def _goal(scenario: Scenario) -> Pose2:
-    return scenario.goal_pose(None if scenario.in_area else scenario.build_path())
 
 
 def _drawn(random: np.random.Generator, most: float) -> float:

@@ -10,8 +10,7 @@ import pytest
 
 from benchmarks.problems.case import CampaignCase
 from benchmarks.problems.levels import Level
-from rti_mpcc.simulation.campaign import drive_case
-from rti_mpcc.simulation.campaign_row import CaseOutcome
+from rti_mpcc.simulation.campaign import CaseOutcome, drive_case
 
 LOST = [44, 45, 48, 75, 77, 122, 128, 190, 675, 707, 851, 932, 965]
 """Of seed 1: out of reach onward, beside corners of a boundary, an obstacle to be passed on one side only."""

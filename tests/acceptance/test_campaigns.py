@@ -12,8 +12,7 @@ import pytest
 
 from benchmarks.problems.case import CampaignCase
 from benchmarks.problems.levels import Level
-from rti_mpcc.simulation.campaign import drive_case
-from rti_mpcc.simulation.campaign_row import CaseOutcome
+from rti_mpcc.simulation.campaign import CaseOutcome, drive_case
 
 PART = 50
 PARTS = [

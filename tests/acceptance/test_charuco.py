@@ -12,7 +12,7 @@ from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetect
 from geometry import Pose2
 from rti_mpcc.simulation import Detector, RunResult, Scenario, changed, load_scenario, simulate
 from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
-from rti_mpcc.simulation.camera_detector import CameraDetector
+from rti_mpcc.simulation.goal_feed import CameraDetector
 
 Figures = MutableMapping[str, Any]
 

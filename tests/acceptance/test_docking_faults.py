@@ -8,7 +8,7 @@ from typing import Any, get_args
 import pytest
 
 from rti_mpcc.simulation import load_scenario, simulate
-from rti_mpcc.simulation.sections.faults import Kind
+from rti_mpcc.simulation.faults import Kind
 from tests.rti_mpcc.fault_runs import check_all, fault_figures, with_fault
 
 Figures = MutableMapping[str, Any]

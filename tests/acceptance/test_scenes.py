@@ -15,8 +15,7 @@ import pytest
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
 from rti_mpcc.simulation import load_scenario, simulate, summary
-from rti_mpcc.simulation.campaign import drive_case
-from rti_mpcc.simulation.campaign_row import CaseOutcome
+from rti_mpcc.simulation.campaign import CaseOutcome, drive_case
 
 PART = 25
 PARTS = [(level, part) for level in (Level.NOMINAL, Level.NOISY) for part in range(20)]

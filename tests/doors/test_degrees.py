@@ -11,7 +11,7 @@ import pytest
 from geometry import Area, Pose2
 from rti_mpcc import DockingController, DockingMission, DriveTo, ScenarioError, VehicleState, plan_manoeuvre
 from rti_mpcc.simulation.docks_file import load_docks
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from rti_mpcc.simulation.scenario import scenario_from_dict
 
 ASKED = "in degrees?"
 YARD = {"boundary": [[-20.0, -20.0], [20.0, -20.0], [20.0, 20.0], [-20.0, 20.0]]}

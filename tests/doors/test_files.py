@@ -16,8 +16,7 @@ from geometry import Area, AreaError, InputError, PathError, ReferencePath, file
 from rti_mpcc.cli import main
 from rti_mpcc.errors import RecordingError, ScenarioError
 from rti_mpcc.recording import load_problem, read_recording
-from rti_mpcc.recording.codec import to_line
-from rti_mpcc.recording.contents import FORMAT, VERSION
+from rti_mpcc.recording.contents import FORMAT, VERSION, to_line
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import read_rows
 from rti_mpcc.simulation.docks_file import load_docks

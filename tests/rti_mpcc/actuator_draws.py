@@ -78,7 +78,7 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
     scenario = load_scenario(case.scene)
     config = scenario.controller_config().changed(actuators=actuators or ActuatorModel(), **changes)
     path = None if scenario.in_area else scenario.build_path()
-    goal = scenario.goal_pose(path)
+    goal = scenario.goal_pose()
     if path is None:
         controller = DockingController.in_area(scenario.build_area(), config)
     else:

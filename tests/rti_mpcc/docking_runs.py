@@ -222,7 +222,7 @@ def drive(
     for cycle in range(round(seconds / simulation.cycle)):
         plant = advance(plant, parameters, cycle * simulation.cycle)
         state = plant.measured
-        goal = scenario.goal_pose(path) if goal_at is None else goal_at(plant.time)
+        goal = scenario.goal_pose() if goal_at is None else goal_at(plant.time)
         command = controller.step(state, now=plant.time, goal=goal)
         yield plant, command
         plant = issue(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
-from rti_mpcc.simulation.disturbances import Disturbances
+from rti_mpcc.simulation.faults import Disturbances
 from rti_mpcc.simulation.metrics import body_clearances
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState

@@ -21,7 +21,7 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
-from rti_mpcc.types import Status, VehicleState
+from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import drive, present, straight, wall
 
 LENGTH, ASIDE = 20.0, 0.6
@@ -72,9 +72,8 @@ def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> 
 
 @pytest.mark.parametrize("turn", [-60.0, pytest.param(-90.0, marks=pytest.mark.acceptance), 180.0])
 def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
-    scenario = load_scenario("docking_inside")
-    start = scenario.start_pose().compose(Pose2(0.0, 0.0, radians(turn)))
-    result = simulate(scenario, start=VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0))
+    turned = {"simulation.start_offset": [0.0, 0.0, radians(turn)]}
+    result = simulate(changed(load_scenario("docking_inside"), turned))
     assert_docked(result, 45.0)
 
 

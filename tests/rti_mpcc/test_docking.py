@@ -47,7 +47,7 @@ def assert_docked(result: RunResult) -> dict[str, Any]:
 
 
 def offset_goal(scenario: Scenario, *offset: float) -> Pose2:
-    return scenario.goal_pose(scenario.build_path()).compose(Pose2(*offset))
+    return scenario.goal_pose().compose(Pose2(*offset))
 
 
 # -- docking ---------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
-from rti_mpcc.simulation.disturbances import FAILED
+from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
 from tests.rti_mpcc.docking_runs import (
@@ -51,7 +51,7 @@ def cycle(run: Run, time: float) -> Command:
 def test_a_goal_that_jitters_does_not_begin_the_search_anew_in_each_cycle(jitter: float) -> None:
     """Time is for one iteration a cycle: a first plan takes three of them."""
     scenario = short()
-    goal, noise = scenario.goal_pose(scenario.build_path()), np.random.default_rng(1)
+    goal, noise = scenario.goal_pose(), np.random.default_rng(1)
 
     def goal_at(now: float) -> Pose2:
         x, y = jitter * noise.standard_normal(2)

@@ -106,7 +106,7 @@ def test_a_goal_never_seen_is_waited_for_where_it_was_planned() -> None:
         return exact(stamp, seen) if stamp > 25.0 else None
 
     scenario = noisy(initial_offset=[0.5, 0.0, 0.0])
-    planned = scenario.planned_goal(scenario.build_path())
+    planned = scenario.planned_goal()
     assert planned is not None
     result = simulate(scenario, detector=Scripted(script=late))
     waits = np.flatnonzero(result.cycles.times < 25.0)[-1]
@@ -144,8 +144,7 @@ def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again
 def test_a_docked_vehicle_stays_while_noise_and_drift_leave_it_inside_the_tolerance() -> None:
     """The goal is seen to drift by 3 cm of the 5 cm allowed; states are 1 cm off, one sigma."""
     scenario, random = noisy(), np.random.default_rng(0)
-    path = scenario.build_path()
-    goal, controller = scenario.goal_pose(path), docking_controller(scenario)
+    goal, controller = scenario.goal_pose(), docking_controller(scenario)
     commands = []
     for cycle in range(400):
         now = 0.05 * cycle
@@ -193,7 +192,7 @@ def world(pose: Pose2, **changes: Any) -> GoalMeasurement:
 def test_an_unusable_detection_is_refused_and_a_sound_command_given(changes: dict[str, Any]) -> None:
     scenario = short()
     controller = docking_controller(scenario)
-    goal = scenario.goal_pose(scenario.build_path())
+    goal = scenario.goal_pose()
     (command,) = first_steps(controller, scenario, 1, goal=goal, measurements=[world(goal, **changes)])
     (judged,) = command.diagnostics.detections
     assert judged.outcome is Outcome.REFUSED

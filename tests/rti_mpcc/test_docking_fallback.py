@@ -14,7 +14,7 @@ from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import changed, docking_controller
-from rti_mpcc.simulation.disturbances import FAILED
+from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
@@ -169,7 +169,7 @@ class Blank:
     "odd", [Blank(), Pose2(1e9, 0.0, 0.0), Pose2(0.0, 0.0, 1e9)], ids=["NaN", "far", "turns"]
 )
 def test_an_odd_goal_is_not_taken_and_the_last_one_stays(odd: Any) -> None:
-    controller, goal = docking_controller(short()), short().goal_pose(short().build_path())
+    controller, goal = docking_controller(short()), short().goal_pose()
     controller.step(STATE, now=0.0, goal=goal)
     command = controller.step(STATE, now=0.05, goal=odd)
     assert command.source is Source.SOLUTION
@@ -347,7 +347,7 @@ def test_lost_cycles_do_not_hurry_an_arrival() -> None:
 
 
 def test_a_vehicle_that_starts_in_its_goal_is_docked_at_once() -> None:
-    goal = short().goal_pose(short().build_path())
+    goal = short().goal_pose()
     state = VehicleState(x=goal.x + 0.02, y=goal.y, phi=goal.phi, v=0.0, delta=0.3)
     command = docking_controller(short()).step(state, now=0.0, goal=goal)
     assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)

@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 from rti_mpcc.simulation import load_scenario, simulate
-from rti_mpcc.simulation.sections.faults import Kind
+from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.fault_runs import (

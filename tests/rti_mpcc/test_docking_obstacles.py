@@ -171,7 +171,8 @@ def test_it_does_so_with_few_iterations_a_cycle(
 
 
 def before_wall(direction: int, room: float) -> list[Any]:
-    return [outline.tolist() for outline in np.asarray(before_a_wall(direction, room).corridor.obstacles)]
+    scenario = before_a_wall(direction, room)
+    return [outline.tolist() for outline in scenario.build_corridor(scenario.build_path()).obstacles]
 
 
 def between_blocks(direction: int, room: float) -> list[Any]:

@@ -15,7 +15,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.metrics import errors_to
-from rti_mpcc.simulation.scenario_file import changed, load_scenario, save_scenario
+from rti_mpcc.simulation.scenario import changed, load_scenario, save_scenario
 
 FORKS = ((-0.4, -0.6), (1.0, -0.6), (1.0, -0.3), (2.2, -0.3), (2.2, 0.3), (1.0, 0.3), (1.0, 0.6), (-0.4, 0.6))
 """A body 1.2 m wide with forks 0.6 m wide before it."""
@@ -64,6 +64,7 @@ def test_the_forks_dock_where_a_rectangle_would_not_fit(scenario: Scenario) -> N
     assert figures["fallback_cycles"] == 0
     box = Vehicle(wheelbase=1.1, width=1.2, front=2.2, rear=0.4)
     bodies = shapely.polygons(body_polygons(result.truth.poses[-1:], box))
+    assert scenario.corridor is not None
     assert any(shapely.Polygon(each).intersects(bodies[0]) for each in scenario.corridor.obstacles)
 
 

@@ -17,7 +17,7 @@ from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
-from rti_mpcc.simulation.sections.mission import AnyStepSection, StepSection
+from rti_mpcc.simulation.sections.controller import AnyStepSection, StepSection
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation", "rti_mpcc")

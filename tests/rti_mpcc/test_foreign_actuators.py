@@ -23,7 +23,7 @@ def ride(
     scenario = load_scenario("docking_behind")
     config = config or ControllerConfig()
     path = scenario.build_path()
-    goal = scenario.goal_pose(path)
+    goal = scenario.goal_pose()
     controller = DockingController(path, scenario.build_corridor(path), config)
 
     done = drive(

@@ -32,7 +32,7 @@ def commands(name: str) -> Iterator[Command]:
     """The commands of a run, one a cycle, as the plant goes on."""
     scenario, detected = TASKS[name]
     path, parameters = scenario.build_path(), scenario.plant_parameters()
-    controller, goal = docking_controller(scenario), scenario.goal_pose(path)
+    controller, goal = docking_controller(scenario), scenario.goal_pose()
     noise = np.random.default_rng(1)
     plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
     for cycle in range(CYCLES):

@@ -20,7 +20,6 @@ from pydantic_core import ErrorDetails
 
 from geometry import files
 from geometry.errors import shown
-from geometry.outline import Shape, checked_polygon
 from geometry.settings import did_you_mean
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ConfigError, InputError, ScenarioError
@@ -41,8 +40,6 @@ Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 
-_LONGEST_KEY = 120  # characters of a key that are shown
-
 
 class KeyProblem(NamedTuple):
     """One thing wrong: the dotted key, its value as shown to the user or None, and what is allowed."""
@@ -52,15 +49,11 @@ class KeyProblem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
-        fits = self.key.isprintable() and len(self.key) <= _LONGEST_KEY
-        key = self.key if fits else shown(self.key, _LONGEST_KEY)
+        longest = 120  # characters of a key that are shown
+        fits = self.key.isprintable() and len(self.key) <= longest
+        key = self.key if fits else shown(self.key, longest)
         value = "" if self.value is None else f" = {shown(self.value)}"
         return f"{key}{value}: {self.allowed}"
-
-    def below(self, key: str) -> KeyProblem:
-        """The same problem, of a table that is at `key`."""
-        dot = "" if self.key[:1] in ("", "[") or not key else "."
-        return self._replace(key=key + dot + self.key)
 
 
 class WrongTable(ValueError):
@@ -88,10 +81,9 @@ class Section(BaseModel):
 
 
 def _not_huge(vehicle: Vehicle) -> Vehicle:
-    given = {name: getattr(vehicle, name) for name in ("wheelbase", "width", "front", "rear")}
-    huge = [name for name in given if name in vehicle.model_fields_set and given[name] > 100.0]
-    if huge:
-        raise WrongTable([KeyProblem(name, given[name], "must be <= 100") for name in huge])
+    lengths = vehicle.model_dump(include={"wheelbase", "width", "front", "rear"}, exclude_unset=True)
+    if huge := [KeyProblem(key, size, "must be <= 100") for key, size in lengths.items() if size > 100.0]:
+        raise WrongTable(huge)
     return vehicle
 
 
@@ -104,15 +96,13 @@ def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
     return file if file is None or folder is None else str(Path(folder) / file)
 
 
-def polygon_problems(
-    key: str, polygon: Polygon, check: Callable[[Polygon, str], Shape] = checked_polygon
-) -> Iterator[KeyProblem]:
-    """That an outline crosses itself, or has no area where it needs one."""
+def refusal(key: str, value: object, build: Callable[[], object]) -> list[KeyProblem]:
+    """That what is built of a value raises InputError."""
     try:
-        check(polygon, "it")
+        build()
     except InputError as error:
-        allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
-        yield KeyProblem(key, [list(corner) for corner in polygon], allowed)
+        return [KeyProblem(key, value, str(error).removesuffix("."))]
+    return []
 
 
 def read_toml(model: type[Model], file: Path, source: str) -> Model:
@@ -154,7 +144,9 @@ def _translated(error: ValidationError, model: type[BaseModel], at: Location = (
         cause = item.get("ctx", {}).get("error")
         if isinstance(cause, WrongTable):
             key, _ = _resolved(location, model)
-            found += [problem.below(key) for problem in cause.problems]
+            for problem in cause.problems:
+                dot = "" if problem.key[:1] in ("", "[") or not key else "."
+                found.append(problem._replace(key=key + dot + problem.key))
         elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
             # It names the class of the settings, which a file does not know.
             found += _translated(cause.__context__, model, location)
@@ -179,34 +171,29 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
         return KeyProblem(f"{key}.kind", context["tag"], f"must be {tags}")
     if kind == "value_error":
         return KeyProblem(key, value, str(context["error"]))
-    return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
+    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
+    allowed = words.format(**context) if words else error["msg"][0].lower() + error["msg"][1:]
+    return KeyProblem(key, value, allowed)
 
 
 _ALLOWED = {
-    "greater_than": "> {gt:g}",
-    "greater_than_equal": ">= {ge:g}",
-    "less_than": "< {lt:g}",
-    "less_than_equal": "<= {le:g}",
-    "literal_error": "{expected}",
-    "float": "a number",
-    "int": "an integer",
-    "string_type": "text",
-    "string_pattern_mismatch": "letters, digits, dots, dashes and underscores",
-    "bool": "true or false",
-    "tuple": "a list",
-    "model": "a table",
-    "finite_number": "a finite number",
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
+    "too_long": "number of entries must be <= {max_length}, not {actual_length}",
+    "too_short": "number of entries must be >= {min_length}, not {actual_length}",
+    "literal_error": "must be {expected}",
+    "float": "must be a number",
+    "int": "must be an integer",
+    "string_type": "must be text",
+    "string_pattern_mismatch": "must be letters, digits, dots, dashes and underscores",
+    "bool": "must be true or false",
+    "tuple": "must be a list",
+    "model": "must be a table",
+    "finite_number": "must be a finite number",
 }
-"""By pydantic's kind of error, or by its first word."""
-_LENGTHS = {"too_long": "<= {max_length}", "too_short": ">= {min_length}"}
-
-
-def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
-    """The allowed values by pydantic's kind of error; None where its own message serves."""
-    if kind in _LENGTHS:
-        return f"number of entries must be {_LENGTHS[kind]}, not {{actual_length}}".format(**context)
-    words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
-    return words and f"must be {words.format(**context)}"
+"""Allowed values by pydantic's kind of error, or by its first word; its own message serves for others."""
 
 
 def _for_kind(table: type[BaseModel]) -> str:

@@ -10,6 +10,7 @@ from benchmarks.problems import courses as drawing
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.errors import ConfigError, InputError
 from rti_mpcc.simulation import Scenario
+from rti_mpcc.simulation.sections.ground import CorridorSection
 
 REPORT = CourseRange()
 HALF = 2.069 / 2
@@ -25,8 +26,14 @@ def drawn(request: pytest.FixtureRequest) -> tuple[CourseRange, tuple[Scenario, 
 
 
 def arcs(course: Scenario) -> Iterator[tuple[int, float, float]]:
+    assert course.path is not None
     assert course.path.segments is not None
     return ((piece.direction, piece.curvature, piece.length) for piece in course.path.segments)
+
+
+def corridor(course: Scenario) -> CorridorSection:
+    assert course.corridor is not None
+    return course.corridor
 
 
 def place(course: Scenario) -> tuple[float, float, float]:
@@ -59,7 +66,7 @@ def test_routes_are_within_the_range(drawn: tuple[CourseRange, tuple[Scenario, .
 def test_corridors_are_within_the_range(drawn: tuple[CourseRange, tuple[Scenario, ...]]) -> None:
     within, some = drawn
     for course in some:
-        section = course.corridor
+        section = corridor(course)
         assert section.left is not None
         assert section.right is not None
         for side in (section.left, -section.right):
@@ -92,10 +99,10 @@ def test_many_courses_use_the_whole_range(drawn: tuple[CourseRange, tuple[Scenar
     assert max(abs(beside) for _, beside, _ in places) > 0.8 * within.beside
     assert max(abs(turned) for _, _, turned in places) > 0.7 * within.turned
     assert len({len(list(arcs(course))) for course in some}) == 3
-    assert any(course.corridor.narrowings for course in some)
+    assert any(corridor(course).narrowings for course in some)
     assert any(course.build_path().cusps for course in some) == (within is CAMPAIGN)
-    assert any(course.corridor.obstacles for course in some) == (within is CAMPAIGN)
-    assert {course.path.start[2] > 0.0 for course in some if course.path.start} == {True, False}
+    assert any(corridor(course).obstacles for course in some) == (within is CAMPAIGN)
+    assert {course.start_pose().phi > 0.0 for course in some} == {True, False}
 
 
 def test_a_range_in_which_nothing_can_be_docked_in_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

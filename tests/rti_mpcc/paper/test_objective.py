@@ -31,7 +31,7 @@ from rti_mpcc.paper.objective import (
 )
 from rti_mpcc.paper.terms import PaperWeights
 from rti_mpcc.qp.pattern import BOUNDED
-from rti_mpcc.recording.codec import to_data
+from rti_mpcc.recording.contents import to_data
 from rti_mpcc.types import Array
 
 LENGTHS = np.full(70, 0.1)

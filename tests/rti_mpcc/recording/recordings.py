@@ -16,7 +16,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.qp.solver import SLICE_ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
-from rti_mpcc.recording.codec import from_line, to_line
+from rti_mpcc.recording.contents import from_line, to_line
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, VehicleState
@@ -25,7 +25,7 @@ from tests.rti_mpcc.docking_runs import short
 SCENARIO = short()
 """An S of 12 m in reverse."""
 CYCLE = SCENARIO.simulation.cycle
-GOAL = SCENARIO.goal_pose(SCENARIO.build_path())
+GOAL = SCENARIO.goal_pose()
 
 Given = Callable[[int, VehicleState], dict[str, Any]]
 """Arguments of the step of a cycle, or of the place of the measured state, in place of the usual ones."""

@@ -11,8 +11,7 @@ import pytest
 
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import read_recording, replay
-from rti_mpcc.recording.codec import to_line
-from rti_mpcc.recording.contents import VERSION
+from rti_mpcc.recording.contents import VERSION, to_line
 from tests.rti_mpcc.recording.recordings import EVENTFUL
 
 

@@ -16,9 +16,9 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Machine, Recorder, ReplayReport, read_recording, replay
 from rti_mpcc.recording.contents import CHANGED
-from rti_mpcc.recording.replay import TIMES, differences
+from rti_mpcc.recording.recorder import TIMES, differences
 from rti_mpcc.simulation import changed, docking_controller, simulate
-from rti_mpcc.simulation.sections.faults import Kind
+from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Command, Diagnostics, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,

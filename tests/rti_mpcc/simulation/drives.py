@@ -8,7 +8,7 @@ from time import sleep
 from typing import Any
 
 from rti_mpcc.simulation import Scenario, changed, load_scenario
-from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome, Drawn
+from rti_mpcc.simulation.campaign import CampaignRow, CaseOutcome, Drawn
 
 
 @dataclass(frozen=True, kw_only=True)

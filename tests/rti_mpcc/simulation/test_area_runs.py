@@ -12,7 +12,6 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
 from rti_mpcc.simulation.metrics import body_clearances, untimed
-from rti_mpcc.types import VehicleState
 from tests.rti_mpcc.simulation.conftest import forward, still
 
 AHEAD = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0), (-1, 0.0, 3.0), (1, 0.0, 14.0)])
@@ -66,9 +65,8 @@ def leaving(
 ) -> RunResult:
     """Two seconds at rest there, on 10 m of path along x, which the controller may leave for others."""
     return simulate(
-        changed(straight, {"simulation.duration": 2.0}),
+        changed(straight, {"simulation.duration": 2.0, "simulation.start_offset": [x, y, 0.0]}),
         controller=scripted_planner(script=still, planned=planned),
-        start=VehicleState(x=x, y=y, phi=0.0, v=0.0, delta=0.0),
     )
 
 

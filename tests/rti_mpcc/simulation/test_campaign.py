@@ -11,8 +11,7 @@ import distributed
 import pytest
 
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.campaign import TIMES, drive_case, read_rows, run_campaign
-from rti_mpcc.simulation.campaign_row import CampaignRow
+from rti_mpcc.simulation.campaign import TIMES, CampaignRow, drive_case, read_rows, run_campaign
 from tests.rti_mpcc.simulation.drives import ShortCase, made_up, troubled
 
 CASES = [ShortCase(index=index) for index in range(8)]

@@ -9,7 +9,7 @@ import pytest
 
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive
-from rti_mpcc.simulation.campaign_row import CaseOutcome, Drawn, failures_driven, outcome_of, row_of
+from rti_mpcc.simulation.campaign import CaseOutcome, Drawn, outcome_of, row_of
 from rti_mpcc.simulation.metrics import TIMED
 from rti_mpcc.types import Source, Status
 from tests.rti_mpcc.simulation.conftest import with_columns
@@ -70,4 +70,7 @@ def test_refused_solutions_that_were_driven_are_counted(outcome: DrivenCase) -> 
     failed = np.zeros(count, dtype=np.bool_)
     failed[:3] = True
     source = (Source.SOLUTION, Source.BRAKING, Source.SOLUTION, *[Source.SOLUTION] * (count - 3))
-    assert failures_driven(with_columns(cycles, failed=failed, source=source)) == 2
+    result = replace(outcome.result, cycles=with_columns(cycles, failed=failed, source=source))
+    figures = row_of(0, replace(outcome, result=result), DRAWN).figures
+    assert figures is not None
+    assert figures["failures_driven"] == 2

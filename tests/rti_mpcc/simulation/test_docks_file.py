@@ -14,8 +14,8 @@ from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation import load_docks, read_docks
-from rti_mpcc.simulation.docks_file import ContactSection, DockSection
-from rti_mpcc.simulation.sections.mission import ApproachSection
+from rti_mpcc.simulation.docks_file import DockSection
+from rti_mpcc.simulation.sections.controller import ApproachSection, MoveSection
 from rti_mpcc.steps import Approach, DockKind, Straight
 from tests.rti_mpcc.dock_files import EXAMPLE, FIRST, SECOND, written
 
@@ -56,7 +56,7 @@ def test_all_keys_are_documented() -> None:
     inner: dict[str, type[BaseModel]] = {
         "board": CharucoBoard,
         "approach": ApproachSection,
-        "contact": ContactSection,
+        "contact": MoveSection,
     }
     assert found["dock"] | set(inner) == set(DockSection.model_fields)
     for name, model in inner.items():

@@ -10,7 +10,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.simulation import Scenario, changed, simulate
-from rti_mpcc.types import Status, VehicleState
+from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.simulation.conftest import forward, still
 
@@ -51,13 +51,14 @@ def test_a_jump_moves_the_measured_position_to_the_left(
     scripted: Any, straight: Scenario, size: float
 ) -> None:
     controller = scripted(script=still)
-    start = VehicleState(x=1.0, y=0.5, phi=np.pi / 6.0, v=0.0, delta=0.1)
-    truth = simulate(faulty(straight, "state_jump", size), controller=controller, start=start).truth
+    start = [1.0, 0.5, np.pi / 6.0]
+    scenario = changed(faulty(straight, "state_jump", size), {"simulation.start_offset": start})
+    truth = simulate(scenario, controller=controller).truth
     assert (truth.poses == truth.poses[0]).all()
     for (_, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         left = size if acts else 0.0
         assert (state.x, state.y) == pytest.approx((1.0 - 0.5 * left, 0.5 + np.sqrt(0.75) * left), abs=1e-12)
-        assert (state.phi, state.v, state.delta) == (start.phi, start.v, start.delta)
+        assert (state.phi, state.v, state.delta) == (start[2], 0.0, 0.0)
 
 
 def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, straight: Scenario) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, summary
 from rti_mpcc.simulation.metrics import energy, rms, time_to_dock
-from rti_mpcc.simulation.ride import direction_changes, energy_bound
+from rti_mpcc.simulation.ride import energy_bound, turning_points
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.simulation.conftest import with_columns
 
@@ -91,8 +91,8 @@ def test_direction_changes_count_after_five_centimetres(travels: list[float], ch
     phase = np.arange(1000) / 1000.0
     v = np.concatenate([[0.0], *[travel * 0.5 * pi * np.sin(pi * phase) for travel in travels]])
     times: Array = 0.001 * np.arange(len(v), dtype=np.float64)
-    assert direction_changes(times, v) == changes
-    assert direction_changes(times, -v) == changes
+    assert len(turning_points(times, v)) == changes
+    assert len(turning_points(times, -v)) == changes
 
 
 def rest_to_rest(distance: float, duration: float) -> tuple[Array, Array]:

@@ -23,7 +23,7 @@ from rti_mpcc.simulation import (
     scenario_from_dict,
 )
 from rti_mpcc.simulation.controllers import mission_of
-from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
+from rti_mpcc.simulation.sections.controller import signalled_by_the_simulation
 from rti_mpcc.steps import Approach, Dock, DriveTo, Straight, Undock, Wait
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 from tests.rti_mpcc.yards import BRISK
@@ -110,13 +110,15 @@ def test_they_are_those_of_the_contract() -> None:
     assert contract < set(builtin_names())
     assert (len(builtin_names()), len(IN_AN_AREA)) == (14, 6)
     inside, behind, course = map(load_scenario, ("docking_inside", "docking_behind", "docking_full_course"))
-    goal = inside.goal_pose(inside.build_path())
+    goal = inside.goal_pose()
     assert (goal.x, goal.y, goal.phi) == pytest.approx((11.08, -15.24, 1.171), abs=0.005)
     path = behind.build_path()
     assert path.length == pytest.approx(30.0)
-    error = behind.goal_pose(path).relative_to(path.end)
+    error = behind.goal_pose().relative_to(path.end)
     assert (error.x, error.y, error.phi) == pytest.approx((-4.1, -3.0, 0.1))
     assert course.build_path().cusps == pytest.approx((30.0,))
+    assert course.corridor is not None
+    assert behind.corridor is not None
     for far, near in zip(course.corridor.narrowings, behind.corridor.narrowings, strict=True):
         there = (far.start - 30.0, far.end - 30.0, far.left, far.right)
         assert there == (near.start, near.end, near.left, near.right)
@@ -129,7 +131,7 @@ def test_defaults_are_those_of_the_contract(straight: Scenario) -> None:
     assert (config.vehicle.wheelbase, config.limits.speed) == (2.875, 10.0)
     assert (straight.simulation.plant_step, straight.simulation.duration) == (0.01, 120.0)
     assert straight.goal.is_path_end
-    assert straight.goal_pose(straight.build_path()) == Pose2(10.0, 0.0, 0.0)
+    assert straight.goal_pose() == Pose2(10.0, 0.0, 0.0)
 
 
 def test_controller_assumes_the_dead_time_of_the_plant_unless_given(straight: Scenario) -> None:
@@ -153,9 +155,8 @@ def test_start_area_and_goal(hall: Scenario, straight: Scenario) -> None:
     assert straight.start_pose() == Pose2(0.0, 0.0, 0.0)
     for ask, said in (
         (straight.build_area, r"straight: has no \[area\]"),
-        (straight.goal_pose, "goal.pose: required where there is no path"),
         (hall.build_path, r"hall: has no \[path\]"),
-        (lambda: hall.corridor, r"hall: has no \[corridor\]"),
+        (lambda: hall.build_corridor(straight.build_path()), r"hall: has no \[corridor\]"),
     ):
         with pytest.raises(InputError, match=said):
             ask()

@@ -11,10 +11,9 @@ from estimation import CharucoDetection
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import Image
-from rti_mpcc.simulation.camera_detector import CameraDetector
+from rti_mpcc.simulation.goal_feed import CameraDetector
 from rti_mpcc.simulation.metrics import detections_of
-from rti_mpcc.simulation.sections.camera import CameraSection, WrongSection
-from rti_mpcc.simulation.sections.goal import MeasurementSection
+from rti_mpcc.simulation.sections.goal import CameraSection, MeasurementSection, WrongSection
 from tests.rti_mpcc.simulation.conftest import camera_tables
 
 HERE, GOAL = Pose2(3.0, 0.1, 0.02), Pose2(0.0, 0.0, 0.0)

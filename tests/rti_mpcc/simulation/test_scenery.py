@@ -11,7 +11,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, changed, simulate, summary
 from rti_mpcc.simulation.scenery import ACROSS, BESIDE, THICKNESS
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.types import Array
 from tests.rti_mpcc.simulation.conftest import forward, still
 
 VEHICLE = Vehicle()
@@ -27,9 +27,8 @@ def blocked(scenario: Scenario, size: float = 1.0, begin: float = 1.0, **changes
 
 def put(scenario: Scenario, controller: Any, gap: float, x: float, y: float = 0.0, phi: float = 0.0) -> Array:
     """The obstacle in the way of a vehicle that stands there from the beginning."""
-    start = VehicleState(x=x, y=y, phi=phi, v=0.0, delta=0.0)
-    blocks = blocked(scenario, gap, 0.1, **{"simulation.duration": 0.2})
-    simulate(blocks, controller=controller, start=start)
+    there = {"simulation.duration": 0.2, "simulation.start_offset": [x, y, phi]}
+    simulate(blocked(scenario, gap, 0.1, **there), controller=controller)
     (wall,) = controller.given[-1][3]
     return np.asarray(wall)
 

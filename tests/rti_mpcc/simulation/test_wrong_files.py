@@ -89,7 +89,7 @@ def test_each_mistake_in_docks_has_a_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize("key", ["approach = {length = 2.0, direction = -1}", "tolerance = [0.1, 0.1, 0.1]"])
 def test_along_a_path_the_dock_has_no_approach(key: str) -> None:
     (line,) = refused(straight_tables(), f'mission = [{{kind = "dock", {key}}}]')
-    assert line.endswith(": only in an area, where the route to the dock is planned")
+    assert line.endswith(": only of a dock with a pose, to which a route is planned")
 
 
 def test_each_problem_has_a_line() -> None:

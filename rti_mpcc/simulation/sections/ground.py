@@ -1,4 +1,4 @@
-"""[path] and [corridor]: the route that is given, and the space along it."""
+"""[path] and [corridor]: a given route and the space along it; [area]: the free space to plan a route in."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from geometry import Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc.errors import InputError
+from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
@@ -18,6 +17,7 @@ from rti_mpcc.simulation.sections.base import (
     Section,
     Triple,
     beside_the_file,
+    refusal,
 )
 
 
@@ -39,17 +39,14 @@ class PathSection(Section):
     _beside = field_validator("file")(beside_the_file)
 
     def _problems(self) -> Iterator[KeyProblem]:
-        if self.file is not None and (self.start is not None or self.segments is not None):
+        missing = [key for key in ("start", "segments") if getattr(self, key) is None]
+        if self.file is not None and len(missing) < 2:
             yield KeyProblem("file", self.file, "either file, or start and segments, not both")
-            return
-        missing = [key for key in ("start", "segments") if self.file is None and getattr(self, key) is None]
-        for key in missing:
-            yield KeyProblem(key, None, "required where path.file is not given")
-        try:
-            if not missing:
-                self.build()
-        except InputError as error:
-            yield KeyProblem("" if self.file is None else "file", self.file, str(error))
+        elif self.file is None and missing:
+            for key in missing:
+                yield KeyProblem(key, None, "required where path.file is not given")
+        else:
+            yield from refusal("" if self.file is None else "file", self.file, self.build)
 
     def build(self) -> ReferencePath:
         """The route. Raises PathError."""
@@ -104,19 +101,27 @@ class CorridorSection(Section):
             path, left=self.left, right=self.right, narrowings=narrowings, obstacles=self.obstacles
         )
 
-    def problems_along(self, path: ReferencePath, width: float) -> Iterator[KeyProblem]:
-        """Offsets and narrowings that leave no room for a body of this width [m], or are not on the path."""
-        if self.left is None or self.right is None:
-            return
-        allowed = f"left - right must be >= the body's width {width} m"
-        if self.left - self.right < width:
-            yield KeyProblem("left", f"{self.left} with right = {self.right}", allowed)
-            return
-        for index, each in enumerate(self.narrowings):
-            left = self.left if each.left is None else each.left
-            right = self.right if each.right is None else each.right
-            if not each.start < each.end <= path.length + 1e-9:
-                most = f"must be above from = {each.start} and at most the path's length {path.length:.6g}"
-                yield KeyProblem(f"narrowings[{index}].to", each.end, most)
-            elif left - right < width:
-                yield KeyProblem(f"narrowings[{index}]", f"left {left}, right {right}", allowed)
+
+class AreaSection(Section):
+    """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
+
+    Without a boundary a scenario has a box, `route_planner.problem.BOX` beyond all that is given.
+    """
+
+    boundary: Polygon | None = None
+    obstacles: ListOf[Obstacle] = ()
+    map: str | None = None
+
+    _beside = field_validator("map")(beside_the_file)
+
+    def _problems(self) -> Iterator[KeyProblem]:
+        if self.map is not None and (self.boundary or self.obstacles):
+            yield KeyProblem("map", self.map, "either map, or boundary and obstacles, not both")
+        else:
+            yield from refusal("" if self.map is None else "map", self.map, self.build)
+
+    def build(self) -> Area:
+        """The area. Raises AreaError."""
+        if self.map is not None:
+            return Area.from_map(self.map)
+        return Area(boundary=self.boundary, obstacles=self.obstacles)
