@@ -10,7 +10,7 @@ from operator import getitem
 from statistics import median
 from typing import Any
 
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.text import number
 from rti_mpcc.simulation import RunResult
 
 HEADER = [

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from benchmarks.sweeps import Variant, series
-from rti_mpcc.report import style
+from rti_mpcc.report.draw import BLACK, BLUE, DPI, GREY, ORANGE
 
 PANELS = (
     ("stages", "stages N", "log"),
@@ -41,18 +41,18 @@ def draw(rows: Sequence[Variant], yardstick: float, file: Path) -> None:
     first.yaxis.set_minor_locator(NullLocator())
     values = [value for row in rows for value in (row.found.p50, row.found.p95)] + [yardstick]
     first.set_ylim(0.7 * min(values), 1.4 * max(values))
-    figure.savefig(file, dpi=style.DPI)
+    figure.savefig(file, dpi=DPI)
     plt.close(figure)
 
 
 def _panel(axes: Axes, rows: Sequence[Variant], label: str, yardstick: float) -> None:
     sizes = [row.size for row in rows]
-    axes.plot(sizes, [row.found.p50 for row in rows], "o-", color=style.BLUE, label="p50")
-    axes.plot(sizes, [row.found.p95 for row in rows], "^-", color=style.ORANGE, label="p95")
-    axes.axhline(yardstick, color=style.GREY, linestyle=":", label="yardstick")
+    axes.plot(sizes, [row.found.p50 for row in rows], "o-", color=BLUE, label="p50")
+    axes.plot(sizes, [row.found.p95 for row in rows], "^-", color=ORANGE, label="p95")
+    axes.axhline(yardstick, color=GREY, linestyle=":", label="yardstick")
     axes.set_yscale("log")
     axes.set_xlabel(label)
-    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
+    axes.grid(color=GREY, alpha=0.25, linewidth=0.5)
 
 
 def _proportional(axes: Axes, rows: Sequence[Variant]) -> None:
@@ -61,4 +61,4 @@ def _proportional(axes: Axes, rows: Sequence[Variant]) -> None:
         if row.size == STAGES_COMPARED:
             sizes = np.array([one.size for one in rows])
             cost = row.found.p50 / STAGES_COMPARED * sizes
-            axes.plot(sizes, cost, "--", color=style.BLACK, linewidth=0.8, label="in proportion to N")
+            axes.plot(sizes, cost, "--", color=BLACK, linewidth=0.8, label="in proportion to N")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from benchmarks.reproduction import causes
 from benchmarks.reproduction.published import published_run
 from benchmarks.reproduction.verdicts import near_paper, published_times, ratio
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.text import number
 
 Figures = Mapping[str, Any]
 SLOWER = {"docking_inside": 1.4, "docking_behind": 1.8}

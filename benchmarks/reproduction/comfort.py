@@ -12,8 +12,8 @@ from benchmarks.reproduction.content import Block, Picture, Section, Table, foun
 from benchmarks.reproduction.published import published_run, published_track
 from benchmarks.reproduction.runs import DEFAULT, DOCKING, Runs
 from benchmarks.reproduction.verdicts import ENERGIES, came_out, ratio
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report import draw
+from rti_mpcc.report.text import number
 from rti_mpcc.simulation.batch import DrivenCase
 
 LATEST = {"docking_inside": 21.4, "docking_behind": 24.0}
@@ -49,7 +49,7 @@ def comfort_section(runs: Runs) -> Section:
         say(_SAID),
         Picture(
             name="comfort_front",
-            png=png(front_figure(runs, fronts)),
+            png=draw.png(front_figure(runs, fronts)),
             caption=_CAPTION.format(share=SHORTEST),
             told="Curves of energy over time that fall towards longer times, with two points beside them.",
         ),

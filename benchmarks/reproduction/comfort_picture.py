@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from benchmarks.reproduction.published import published_run
 from benchmarks.reproduction.runs import DOCKING, Runs
 from rti_mpcc.config import COMFORT_ACCELERATION
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid, legend_below
+from rti_mpcc.report import draw
 from rti_mpcc.simulation.batch import DrivenCase
 
 SHORTEST = 0.70
@@ -34,7 +33,7 @@ def front_figure(runs: Runs, fronts: Mapping[str, Sequence[DrivenCase]]) -> Figu
             axes.set_xlabel("time to tolerance T [s]")
             axes.set_ylabel(label)
             axes.set_title(DOCKING[scenario], fontsize="medium")
-    legend_below(figure, columns=4)
+    draw.legend_below(figure, columns=4)
     return figure
 
 
@@ -43,29 +42,29 @@ def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[DrivenCase], en
     assert published is not None
     times = [outcome.figures["time_to_tolerance_s"] for outcome in front]
     spent = [outcome.figures["energy"][energy] for outcome in front]
-    axes.plot(times, spent, color=style.BLUE, marker="o", markersize=4, label="preset default")
+    axes.plot(times, spent, color=draw.BLUE, marker="o", markersize=4, label="preset default")
     for outcome, time, value in zip(front, times, spent, strict=True):
         comfort = outcome.figures["comfort"]["acceleration"]
         axes.annotate(f"{comfort:g}", (time, value), (4, 4), textcoords="offset points", fontsize="x-small")
         if comfort == COMFORT_ACCELERATION:
-            axes.plot(time, value, "o", markersize=10, fillstyle="none", color=style.BLUE)
+            axes.plot(time, value, "o", markersize=10, fillstyle="none", color=draw.BLUE)
     paper = runs.figures(scenario)
     if paper["time_to_tolerance_s"] is not None:
         axes.plot(
             paper["time_to_tolerance_s"],
             paper["energy"][energy],
             "s",
-            color=style.RED,
+            color=draw.RED,
             label="preset paper",
             linestyle="none",
         )
     there, cost = published["time_to_tolerance_s"], published["energy"][energy]
-    axes.plot(there, cost, "*", color=style.BLACK, markersize=11, label="published code", linestyle="none")
+    axes.plot(there, cost, "*", color=draw.BLACK, markersize=11, label="published code", linestyle="none")
     told = f"{SHORTEST:.2f} of the published code's time"
-    axes.axvline(SHORTEST * there, color=style.GREY, linestyle="dotted", linewidth=1.0, label=told)
+    axes.axvline(SHORTEST * there, color=draw.GREY, linestyle="dotted", linewidth=1.0, label=told)
     axes.set_ylim(0.0, 1.15 * max([cost, *spent, paper["energy"][energy]]))
     left, right = axes.get_xlim()
     right += 0.06 * (right - left)
-    axes.fill_between([there, right], cost, axes.get_ylim()[1], color=style.GREY, alpha=0.15, linewidth=0.0)
+    axes.fill_between([there, right], cost, axes.get_ylim()[1], color=draw.GREY, alpha=0.15, linewidth=0.0)
     axes.set_xlim(right=right)
-    grid(axes)
+    draw.grid(axes)

@@ -12,7 +12,7 @@ from benchmarks.reproduction.columns import BEYOND, PAPER
 from benchmarks.reproduction.content import Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
-from rti_mpcc.report.numbers import figure, number
+from rti_mpcc.report.text import figure, number
 from rti_mpcc.simulation.batch import DrivenCase
 
 LEFT_OUT = ("docked",)

@@ -8,7 +8,7 @@ from benchmarks.reproduction.content import Block, Paragraph, Section, Table, fo
 from benchmarks.reproduction.published import published_run
 from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from benchmarks.reproduction.verdicts import CAME, MISSED, UNSAID, ratio
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.text import number
 
 _SAID = (
     "T is the first time inside the goal tolerance (0.05 m, 0.05 m, 2°), a dash where there is none. Preset "

@@ -7,7 +7,7 @@ from math import degrees
 from typing import Any
 
 from benchmarks.reproduction.exactness import PoseError
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.text import number
 
 Figures = Mapping[str, Any]
 CAME, MISSED, UNSAID = "reproduced", "not reproduced", "not measured"

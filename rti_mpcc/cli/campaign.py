@@ -20,7 +20,7 @@ from rti_mpcc.cli.arguments import (
     writable_folder,
 )
 from rti_mpcc.errors import InputError
-from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
+from rti_mpcc.report.text import progress_bar, tell_tables, tell_written
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
 from rti_mpcc.simulation.variation import PARTS, VariedCase

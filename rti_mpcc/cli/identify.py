@@ -8,8 +8,8 @@ from pathlib import Path
 from rti_mpcc.cli.arguments import DONE, Commands, add_folder, writable_folder
 from rti_mpcc.recording import read_recording
 from rti_mpcc.recording.identify import Identified, identify
-from rti_mpcc.report.console import tell_lines, tell_written
 from rti_mpcc.report.files import write_json
+from rti_mpcc.report.text import tell_lines, tell_written
 
 
 def add_identify(commands: Commands) -> None:
@@ -29,14 +29,14 @@ def add_identify(commands: Commands) -> None:
 
 
 def _identify(arguments: argparse.Namespace) -> int:
-    from rti_mpcc.report.actuators import actuators_figure
-    from rti_mpcc.report.axes import save
+    from rti_mpcc.report import draw
+    from rti_mpcc.report.timeline import actuators_figure
 
     found = identify(read_recording(arguments.file, allow_truncated=arguments.partial))
     folder = writable_folder(arguments.out, arguments.file.stem)
     written = [folder / "identified.json", folder / "identified.png"]
     write_json(found.figures(), written[0])
-    save(actuators_figure(arguments.file.name, found), written[1])
+    draw.save(actuators_figure(arguments.file.name, found), written[1])
     tell_lines(_lines(found))
     tell_written(written)
     return DONE

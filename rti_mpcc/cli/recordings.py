@@ -15,9 +15,8 @@ from rti_mpcc.cli.arguments import (
 from rti_mpcc.cli.run import simulated
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import replay
-from rti_mpcc.report.console import progress_bar, tell_lines
 from rti_mpcc.report.ride import Ride, ride_of_recording
-from rti_mpcc.report.table import replay_lines
+from rti_mpcc.report.text import progress_bar, replay_lines, tell_lines
 from rti_mpcc.simulation import GoalSource, load_scenario
 
 _OF_SCENARIO = {"method": "dynamic", "preset": "default", "seed": 0}
@@ -72,7 +71,7 @@ def add_watch(commands: Commands) -> None:
 
 
 def _watch(arguments: argparse.Namespace) -> int:
-    from rti_mpcc.report.viewer import open_window, watch
+    from rti_mpcc.report.scene import open_window, watch
 
     watch(open_window(), _ride(arguments))
     return DONE

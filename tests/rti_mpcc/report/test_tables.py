@@ -14,9 +14,16 @@ from rich.console import Console
 from rich.table import Table
 
 from rti_mpcc.report.files import write_files
-from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import compared, comparison_tables, failure_lines, mission_rows, summary_table
+from rti_mpcc.report.text import (
+    compared,
+    comparison_tables,
+    failure_lines,
+    mission_rows,
+    number,
+    percent,
+    summary_table,
+)
 from rti_mpcc.simulation import RunResult
 
 
@@ -159,6 +166,5 @@ def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
 def test_numbers_have_no_sign_of_zero_and_only_all_is_all() -> None:
     cases = [(-0.04, 1, "0.0"), (-0.06, 1, "−0.1"), (None, 2, "–"), (float("nan"), 2, "–"), (0.0, 0, "0")]
     assert [number(value, digits) for value, digits, _ in cases] == [told for *_, told in cases]
-    assert [counted(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
     shares = {0.0: "0.00 %", 1e-6: "0.01 %", 0.5: "50.00 %", 0.999999: "99.99 %", 1.0: "100.00 %"}
     assert [percent(share) for share in shares] == list(shares.values())
