@@ -202,9 +202,8 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
 def _setpoint(moment: Moment) -> Array:
     """(3,) of the goal; it is known on the last segment of a route alone."""
     told = moment.command.diagnostics
-    if moment.route is None or told.part != len(moment.route.parts) - 1:
-        return _UNKNOWN[0]
-    return np.array([told.aim.x, told.aim.y, told.aim.phi])
+    known = moment.route is not None and told.part == len(moment.route.parts) - 1
+    return np.array([told.aim.x, told.aim.y, told.aim.phi]) if known else np.full(3, np.nan)
 
 
 def _draw_detections(
