@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reproduction import causes
-from benchmarks.reproduction.claims import claims, missed_causes, times_of
-from benchmarks.reproduction.columns import PAPER as PAPER_COLUMNS
-from benchmarks.reproduction.columns import Column
-from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
+from benchmarks.reproduction.content import PAPER as PAPER_COLUMNS
+from benchmarks.reproduction.content import Block, Column, Picture, Section, Table, found, say
 from benchmarks.reproduction.docking_pictures import (
     BODY_EVERY,
     HIGHEST,
@@ -24,8 +22,11 @@ from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from benchmarks.reproduction.verdicts import (
     beyond_told,
     came_out,
+    claims,
+    missed_causes,
     ratio,
     time_told,
+    times_of,
     times_told,
 )
 from rti_mpcc.report import draw
