@@ -55,7 +55,7 @@ class Moment:
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """The effective weights in the order of `style.WEIGHTS`."""
+        """The effective weights in the order of `draw.WEIGHTS`."""
         weights = self.command.diagnostics.weights
         return weights.lag, weights.contouring, weights.progress_reward, weights.goal_position
 
