@@ -43,6 +43,18 @@ _UNITS = {
 }
 _SQUARED = {"steering_rate": "rad²/s", "acceleration": "m²/s³", "lateral_acceleration": "m²/s³"}
 
+RATIOS = (
+    "time_to_tolerance_s",
+    "time_to_dock_s",
+    "energy.steering_rate",
+    "energy.acceleration",
+    "energy.lateral_acceleration",
+    "cycle_ms.p50",
+)
+"""Figures with a ratio of each run to the first one of its scenario."""
+_COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
+"""Figures of several runs side by side: those of the paper's Tables II and III, and some more."""
+
 
 def number(value: float | None, digits: int) -> str:
     """A number for a table; what was never reached is a dash, what rounds to zero has no sign."""
@@ -114,9 +126,8 @@ def summary_table(summary: Mapping[str, Any]) -> Table:
     comfort, hard = summary["comfort"], summary["hard_braking"]
     figures = {name: value for name, value in summary.items() if name not in _APART}
     figures["hard_braking"] = ", ".join(f"{count} {reason}" for reason, count in hard.items()) or "none"
-    figures["peak / comfort"] = {
-        name: _against(value, comfort[name]) for name, value in figures.pop("peak").items()
-    }
+    peaks = figures.pop("peak").items()
+    figures["peak / comfort"] = {name: _against(value, comfort[name]) for name, value in peaks}
     title = "{scenario}, method {method}, preset {preset}".format_map(summary)
     return _table(title, [*figure_rows(figures), *mission_rows(summary.get("mission"))])
 
@@ -128,9 +139,8 @@ def plan_table(name: str, figures: Mapping[str, Any]) -> Table:
 
 def docks_table(name: str, docks: Docks) -> Table:
     """Docks, one a row: kind, pose, approach, tolerance, contact move."""
-    table = Table(
-        Column("dock", overflow="fold"), title=escape(name)
-    )  # a long name takes nothing from others
+    # A long name is folded: it takes nothing from the other columns.
+    table = Table(Column("dock", overflow="fold"), title=escape(name))
     for head in ("kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"):
         table.add_column(escape(head), no_wrap=True)
     for dock in docks.docks.values():
@@ -163,9 +173,8 @@ def figure_rows(figures: Mapping[str, Any], above: str = "") -> Iterator[Row]:
             counted = "" if key.endswith("_ms") else "iterations "
             told = " / ".join(number(each, 1) for each in spread.values())
             yield f"{key.removesuffix('_ms')} {counted}{heads}", told, "" if counted else "ms"
-        yield from figure_rows(
-            {name: each for name, each in value.items() if name not in spread}, f"{above} {key}"
-        )
+        others = {name: each for name, each in value.items() if name not in spread}
+        yield from figure_rows(others, f"{above} {key}")
 
 
 def _row(key: str, value: Any, above: str) -> Row:
@@ -226,19 +235,6 @@ def replay_lines(report: ReplayReport) -> list[str]:
     return [*lines, compared]
 
 
-RATIOS = (
-    "time_to_tolerance_s",
-    "time_to_dock_s",
-    "energy.steering_rate",
-    "energy.acceleration",
-    "energy.lateral_acceleration",
-    "cycle_ms.p50",
-)
-"""Figures with a ratio of each run to the first one of its scenario."""
-_COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
-"""Figures of several runs side by side: those of the paper's Tables II and III, and some more."""
-
-
 def figure(figures: Mapping[str, Any], path: str) -> float | None:
     """The figure at a path in a summary, such as "energy.acceleration"; None where there is none."""
     found: Any = figures
@@ -253,19 +249,19 @@ def compared(runs: Sequence[Figures]) -> list[Figures]:
     found = []
     for run in runs:
         base = first.setdefault(run["scenario"], run)
-        pairs = {path: (figure(run, path), figure(base, path)) for path in RATIOS}
-        ratios = {
-            path: one / other if one is not None and other else None for path, (one, other) in pairs.items()
-        }
+        ratios: dict[str, float | None] = {}
+        for path in RATIOS:
+            one, other = figure(run, path), figure(base, path)
+            ratios[path] = one / other if one is not None and other else None
         found.append({**run, "ratios": ratios})
     return found
 
 
 def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
-    """For each scenario its figures, and their ratios to its first run; a column a run."""
+    """For each scenario the figures of `compared` runs and their ratios to its first run; a column a run."""
     tables = []
     for scenario in dict.fromkeys(run["scenario"] for run in runs):
-        own = [run for run in compared(runs) if run["scenario"] == scenario]
+        own = [run for run in runs if run["scenario"] == scenario]
         table = Table("", *(run_label(run).replace(" ", "\n") for run in own), "unit", title=scenario)
         for column in table.columns[1:-1]:
             column.justify, column.overflow = "right", "fold"

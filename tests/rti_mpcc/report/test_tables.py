@@ -145,7 +145,7 @@ def test_ratios_are_to_the_first_run_of_the_same_scenario() -> None:
 
 
 def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
-    first, second = comparison_tables(RUNS)
+    first, second = comparison_tables(compared(RUNS))
     assert (first.title, second.title) == ("inside", "behind")
     heads = ["", "dynamic\n(paper)", "separated\n(paper)", "unit"]
     assert [column.header for column in first.columns] == heads
@@ -159,7 +159,7 @@ def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
         "time to dock, ratio": ["–", "–", ""],
     }.items():
         assert rows[name] == cells
-    (alone,) = comparison_tables(RUNS[:1])
+    (alone,) = comparison_tables(compared(RUNS[:1]))
     assert not [name for name in shown(alone) if name.endswith(", ratio")]
 
 
