@@ -1,11 +1,10 @@
 """The same drawn cases driven by several versions of this program, side by side.
 
     python -m benchmarks.campaign --count 1000 --level hard --seed 9931 --out runs/hard   # with each version
-    python -m benchmarks.compare_campaigns before=runs/hard-before after=runs/hard-after ... [--docs]
+    python -m benchmarks.compare_campaigns before=runs/hard-before after=runs/hard-after ...
 
 Of one level and seed the cases count that all its folders have; peaks, times and energies are those of the
 cases that all of them dock. Prints a table, and how the times to dock compare with those of the first one.
-With `--docs` both go into docs/campaigns.md.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from benchmarks.tables import ROOT, command_line, number, replace_block, table
+from benchmarks.tables import command_line, number, table
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.campaign import read_table
 
@@ -122,15 +121,10 @@ def text(campaigns: Sequence[Driven]) -> str:
 def main() -> None:
     parser = command_line(__doc__, "python -m benchmarks.compare_campaigns")
     parser.add_argument("campaigns", nargs="+", metavar="VERSION=FOLDER")
-    parser.add_argument("--docs", action="store_true", help="write docs/campaigns.md")
-    asked = parser.parse_args()
     try:
-        found = text([read(each) for each in asked.campaigns])
+        print(text([read(each) for each in parser.parse_args().campaigns]))
     except InputError as error:
         raise SystemExit(str(error)) from None
-    print(found)
-    if asked.docs:
-        replace_block(ROOT / "docs" / "campaigns.md", "versions", found)
 
 
 if __name__ == "__main__":

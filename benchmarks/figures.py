@@ -44,7 +44,7 @@ def ratio_row(name: str, found: Distribution, yardstick: float) -> list[str]:
     return [*row, *(number(value / yardstick, 2) for value in values)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Target:
     """What was promised, and what was measured.
 

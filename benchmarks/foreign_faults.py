@@ -1,15 +1,16 @@
 """Rides of foreign vehicles with one faulty sensor each, and what is said of them.
 
-    OMP_NUM_THREADS=1 python -m benchmarks.foreign_faults [--draws N] [--only NAME] [--seed N]
+    OMP_NUM_THREADS=1 python -m benchmarks.foreign_faults [--write]
 
-Each fault is driven on a given path in reverse, into a bay on a planned route, and in a mission, by
-accelerations and by set-points. The limits: the body stays inside the free space, its top speed is at most
-1.3 times that of the healthy ride, it ends docked or standing, and the sensor is named.
+Each fault is driven on a given path in reverse, into a bay on a planned route, and in a mission. The table
+has rides by accelerations, tests/acceptance also rides by set-points. The limits: the body stays inside the
+free space, its top speed is at most 1.3 times that of the healthy ride, it ends docked or standing, and the
+sensor is named.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import pi
@@ -250,17 +251,6 @@ def judged(kind: str, name: str, interface: Interface, seed: int, *, noisy: bool
     return Outcome(ride, usual, ride.leaves(free_space(kind)), said, after, kind, name)
 
 
-def outcomes(
-    names: list[str], kinds: list[str], interfaces: list[Interface], seeds: range, noisy: bool
-) -> Iterator[tuple[Outcome, Interface, int]]:
-    """All rides asked for."""
-    for name in names:
-        for kind in kinds:
-            for interface in interfaces:
-                for seed in seeds:
-                    yield judged(kind, name, interface, seed, noisy=noisy), interface, seed
-
-
 def row(found: Mapping[str, Outcome]) -> list[str]:
     """A fault on each kind of ride, as a row of docs/faults.md."""
     rides = list(found.values())
@@ -275,42 +265,17 @@ def row(found: Mapping[str, Outcome]) -> list[str]:
     ]
 
 
-def write() -> None:
-    """The table of docs/faults.md, of one draw each by accelerations."""
-    source = origin("python -m benchmarks.foreign_faults --write")
-    rows = []
+def main() -> None:
+    parser = command_line(__doc__, "python -m benchmarks.foreign_faults")
+    parser.add_argument("--write", action="store_true", help="write the table of docs/faults.md")
+    given, source, rows = parser.parse_args(), origin("python -m benchmarks.foreign_faults --write"), []
     for name in CASES:
         rows.append(row({kind: judged(kind, name, "rates", 0) for kind in KINDS}))
         print(*rows[-1], sep=" | ", flush=True)
     header = ["fault", "farther than healthy [m]", "top speed / healthy", "the controller says first"]
     header += ["after [m]", "in the end"]
-    replace_block(ROOT / "docs" / "faults.md", "sensors", f"{table(header, rows)}\n\n{told(source)}")
-
-
-def main() -> None:
-    parser = command_line(__doc__, "python -m benchmarks.foreign_faults")
-    parser.add_argument("--draws", type=int, default=1, help="rides of each fault, default: 1")
-    parser.add_argument("--seed", type=int, default=0, help="random seed of the first ride")
-    parser.add_argument("--only", default="", help="faults with this in their name")
-    parser.add_argument("--kind", default="", help="path, bay or mission")
-    parser.add_argument("--interface", default="", help="rates or setpoints")
-    parser.add_argument("--noisy", action="store_true", help="all measurements have noise")
-    parser.add_argument("--write", action="store_true", help="write the table of docs/faults.md")
-    given = parser.parse_args()
     if given.write:
-        write()
-        return
-    names = [name for name in CASES if given.only in name]
-    kinds = [kind for kind in KINDS if given.kind in kind]
-    interfaces: list[Interface] = [each for each in ("rates", "setpoints") if given.interface in each]
-    seeds = range(given.seed, given.seed + given.draws)
-    for found, interface, seed in outcomes(names, kinds, interfaces, seeds, given.noisy):
-        words = (
-            f"{'ok ' if found.fine else 'BAD'} {found.name:32} {found.kind:8}{interface:10}{seed:3} "
-            f"+{found.further:6.2f} m  top {found.ride.top_speed:5.2f}/{found.usual.top_speed:4.2f}  "
-            f"{'LEFT ' if found.left else ''}{found.end:20} after {found.after:5.2f} m: {found.said:.110}"
-        )
-        print(words, flush=True)
+        replace_block(ROOT / "docs" / "faults.md", "sensors", f"{table(header, rows)}\n\n{told(source)}")
 
 
 if __name__ == "__main__":

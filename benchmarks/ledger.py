@@ -201,8 +201,7 @@ def driven(name: str, *, preset: str, tight: bool) -> dict[str, Any]:
     if not tight:
         return summary(simulate(scenario, preset=preset))
     detections = scenario.goal.measurement is not None
-    config = scenario.controller_config(preset, method="dynamic", detections=detections)
-    config = ControllerConfig(**{**dict(config), "solver": TIGHT})
+    config = scenario.controller_config(preset, method="dynamic", detections=detections).changed(solver=TIGHT)
     path = scenario.build_path()
     controller = DockingController(path, scenario.build_corridor(path), config)
     return summary(simulate(scenario, preset=preset, controller=controller))

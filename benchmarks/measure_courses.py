@@ -10,16 +10,117 @@ with `--only 3 7` it runs these and writes nothing. The runs are deterministic b
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
+from functools import reduce
+from math import degrees
+from operator import getitem
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-from benchmarks.course_rows import HEADER, course_row, courses_told, run_figures
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
-from rti_mpcc.simulation import Scenario, save_scenario, simulate, summary
+from rti_mpcc.report.text import number
+from rti_mpcc.simulation import RunResult, Scenario, save_scenario, simulate, summary
 
+HEADER = [
+    "course",
+    "preset",
+    "last part",
+    "goal",
+    "lateral offset [m]",
+    "heading [rad]",
+    "docked",
+    "to tolerance [s]",
+]
+HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
 RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
+
+
+def run_figures(result: RunResult, figures: dict[str, Any]) -> dict[str, Any]:
+    """The summary of a run, its course, how many cycles had which status, the last one, its last reason."""
+    cycles, course = result.cycles, result.scenario
+    reasons = [reason for reason in cycles.reason if reason]
+    return {
+        **figures,
+        "description": course.description,
+        "offset": list(course.goal.offset or ()),
+        "direction": result.path.parts[-1].direction,
+        "cycles_by_status": dict(Counter(status.value for status in cycles.status)),
+        "last_status": cycles.status[-1].value,
+        "last_reason": reasons[-1] if reasons else "",
+    }
+
+
+def course_row(run: dict[str, Any]) -> list[str]:
+    """The cells of a run, under `HEADER`."""
+    along, beside, turned = run["offset"]
+    behind = run["direction"] * along
+    energy = run["energy"]
+    return [
+        run["scenario"],
+        run["preset"],
+        "forward" if run["direction"] > 0 else "reverse",
+        f"{abs(behind):.1f} m {'behind' if behind > 0 else 'inside'}",
+        number(beside, 1),
+        number(turned, 2),
+        "yes" if run["docked"] else "no",
+        number(run["time_to_tolerance_s"], 2),
+        number(run["time_to_dock_s"], 2),
+        number(run["min_clearance_m"], 2),
+        *(number(energy[name], 2) for name in ("acceleration", "steering_rate", "lateral_acceleration")),
+        _ending(run),
+    ]
+
+
+def _ending(run: dict[str, Any]) -> str:
+    """How a run that did not dock ended: where it stood and what the controller said last."""
+    if run["docked"]:
+        return "docked"
+    error = run["final_error"]
+    return (
+        f"{run['last_status']} after {run['duration_s']:.0f} s, "
+        f"{number(100.0 * error['longitudinal_m'], 1)} cm, {number(100.0 * error['lateral_m'], 1)} cm, "
+        f"{number(degrees(error['heading_rad']), 1)}° off"
+    )
+
+
+def courses_told(runs: Sequence[dict[str, Any]], presets: Sequence[str]) -> str:
+    """A sentence a preset, and the ratios on the courses where the first and another one dock."""
+    lines = []
+    for preset in presets:
+        mine = [run for run in runs if run["preset"] == preset]
+        docked = sum(run["docked"] for run in mine)
+        clearance = min(run["min_clearance_m"] for run in mine)
+        lines.append(f"`{preset}` docks {docked} of {len(mine)}, least clearance {number(clearance, 2)} m.")
+    first = {run["scenario"]: run for run in runs if run["preset"] == presets[0] and run["docked"]}
+    for preset in presets[1:]:
+        pairs = [
+            (first[run["scenario"]], run)
+            for run in runs
+            if run["preset"] == preset and run["docked"] and run["scenario"] in first
+        ]
+        if pairs:
+            lines.append(_ratios(pairs, presets[0], preset))
+    return " ".join(lines)
+
+
+def _ratios(pairs: list[tuple[dict[str, Any], dict[str, Any]]], name: str, other: str) -> str:
+    def ratio(*keys: str) -> str:
+        return number(median(_value(a, keys) / _value(b, keys) for a, b in pairs), 2)
+
+    return (
+        f"On the {len(pairs)} that both dock, `{name}` takes (median of the ratios to `{other}`) "
+        f"{ratio('time_to_tolerance_s')} times the time to tolerance, "
+        f"{ratio('energy', 'acceleration')}, {ratio('energy', 'steering_rate')} and "
+        f"{ratio('energy', 'lateral_acceleration')} times the energy of acceleration, steering rate and "
+        "lateral acceleration."
+    )
+
+
+def _value(run: dict[str, Any], keys: tuple[str, ...]) -> float:
+    return float(reduce(getitem, keys, run))  # type: ignore[arg-type]
 
 
 def measure(course: Scenario, preset: str) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from benchmarks.tables import (
 )
 from benchmarks.variations import VARIATIONS, Variation
 from geometry import Pose2
-from rti_mpcc import ControllerConfig, DockingController
+from rti_mpcc import DockingController
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.metrics import errors_to
@@ -74,11 +74,7 @@ class Recorder:
 def run(variation: Variation) -> dict[str, Any]:
     """Drive a variation and give its figures."""
     scenario = changed(load_scenario(variation.scenario), variation.changes)
-    config = scenario.controller_config(variation.preset)
-    # Anew, not by model_copy: settings are checked when they are made.
-    config = ControllerConfig(
-        **{**{n: getattr(config, n) for n in type(config).model_fields}, **variation.settings}
-    )
+    config = scenario.controller_config(variation.preset).changed(**variation.settings)
     path = scenario.build_path()
     with ExitStack() as stack:
         for name, value in variation.patches.items():

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
-from rti_mpcc.report.console import progress_bar
+from rti_mpcc.report.text import progress_bar
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive_all
 

@@ -19,8 +19,7 @@ from typing import Any
 
 from benchmarks.figures import Target, target_table
 from benchmarks.measured import QUICK, Extent, Measured, measure
-from benchmarks.performance_picture import draw
-from benchmarks.speed_tables import blocks, numbers
+from benchmarks.speed_tables import blocks, draw, numbers
 from benchmarks.speed_targets import targets
 from benchmarks.tables import ROOT, command_line, origin, replace_block, told, write_json
 from rti_mpcc.simulation import builtin_names

@@ -13,9 +13,8 @@ from rich.console import Console
 from benchmarks import standing_costs
 from benchmarks.ledger import Entry, closed_loop, ledger
 from benchmarks.phases import SolverCounts
-from benchmarks.rounds import PhaseTimes, Rounds, phase_round, timed_round
 from benchmarks.sweeps import Variant, sweep, variants
-from benchmarks.workload import Drive, first_cycles, record
+from benchmarks.workload import Drive, PhaseTimes, Rounds, first_cycles, phase_round, record, timed_round
 from benchmarks.yardstick import Yardstick, fixed_set
 from rti_mpcc.types import Array
 

@@ -34,13 +34,13 @@ def _speed(found: Measured) -> list[Target]:
         ("first cycle of a drive max", first.max, 8.0),
     ]
     timed = [
-        Target(name=f"{name} / yardstick", value=value / yardstick, bound=bound, note=f"{value:.2f} ms")
+        Target(f"{name} / yardstick", value / yardstick, bound, note=f"{value:.2f} ms")
         for name, value, bound in rows
     ]
     late = Target(
-        name="updates of P or A after the measurement",
-        value=float(found.counts.late_matrix_updates),
-        bound=0.0,
+        "updates of P or A after the measurement",
+        float(found.counts.late_matrix_updates),
+        0.0,
         digits=0,
         note=f"of {found.counts.matrix_updates}",
     )
@@ -54,18 +54,18 @@ def _accuracy(found: Measured) -> list[Target]:
     slow = max(found.loops, key=lambda run: run["time_apart"])
     near = max(found.loops, key=lambda run: run["clearance_apart_m"])
     return [
-        Target(name="error of the first acceleration, p95 [m/s²]", value=acceleration, bound=0.002, digits=4),
-        Target(name="error of the first steering rate, p95 [rad/s]", value=rate, bound=0.0082, digits=4),
+        Target("error of the first acceleration, p95 [m/s²]", acceleration, 0.002, digits=4),
+        Target("error of the first steering rate, p95 [rad/s]", rate, 0.0082, digits=4),
         Target(
-            name="T, shipped against tight settings [%]",
-            value=100.0 * slow["time_apart"],
-            bound=2.0,
+            "T, shipped against tight settings [%]",
+            100.0 * slow["time_apart"],
+            2.0,
             note=f"{slow['scenario']}, {slow['preset']}",
         ),
         Target(
-            name="clearance, shipped against tight settings [m]",
-            value=near["clearance_apart_m"],
-            bound=0.02,
+            "clearance, shipped against tight settings [m]",
+            near["clearance_apart_m"],
+            0.02,
             digits=3,
             note=f"{near['scenario']}, {near['preset']}",
         ),
@@ -78,12 +78,12 @@ def _growth(found: Measured) -> list[Target]:
     length = cost_at(rows, "path length", LENGTHS[-1]) / cost_at(rows, "path length", LENGTHS[0])
     points = cost_at(rows, "boundary points", POINTS[-1]) / cost_at(rows, "boundary points", POINTS[0])
     return [
-        Target(name="cost at N = 200 / at N = 70", value=stages, bound=3.2),
-        Target(name="cost on 10 km / on 30 m", value=length, bound=1.10),
+        Target("cost at N = 200 / at N = 70", stages, 3.2),
+        Target("cost on 10 km / on 30 m", length, 1.10),
         Target(
-            name="cost with 100,000 boundary points / with 300",
-            value=points,
-            bound=log(POINTS[-1]) / log(POINTS[0]),
+            "cost with 100,000 boundary points / with 300",
+            points,
+            log(POINTS[-1]) / log(POINTS[0]),
             note="the bound is the ratio of the logarithms",
         ),
     ]
@@ -96,31 +96,24 @@ def _standing(found: Measured) -> list[Target]:
     own = [np.subtract(one["running_mb"], one["route_mb"]) for one in found.standing.values()]
     loaded = found.imported["loaded"]
     return [
-        Target(name="import [s]", value=float(np.median(found.imported["seconds"])), bound=0.7),
+        Target("import [s]", float(np.median(found.imported["seconds"])), 0.7),
         Target(
-            name="unwanted libraries that the import loads",
-            value=float(len(loaded)),
-            bound=0.0,
+            "unwanted libraries that the import loads",
+            float(len(loaded)),
+            0.0,
             digits=0,
             note=", ".join(loaded),
         ),
         Target(
-            name="construction of a controller on a 10 km route [s]",
-            value=float(np.median(longest["controller_s"])),
-            bound=0.5,
+            "construction of a controller on a 10 km route [s]",
+            float(np.median(longest["controller_s"])),
+            0.5,
             digits=3,
         ),
+        Target("construction of path, corridor and controller of 10 km [s]", float(np.median(built)), 0.5),
+        Target("memory, running on 30 m [MB]", max(short["running_mb"]), 250.0, digits=0),
+        Target("memory, running on 10 km [MB]", max(longest["running_mb"]), 250.0, digits=0),
         Target(
-            name="construction of path, corridor and controller of 10 km [s]",
-            value=float(np.median(built)),
-            bound=0.5,
-        ),
-        Target(name="memory, running on 30 m [MB]", value=max(short["running_mb"]), bound=250.0, digits=0),
-        Target(name="memory, running on 10 km [MB]", value=max(longest["running_mb"]), bound=250.0, digits=0),
-        Target(
-            name="memory of the controller itself [MB]",
-            value=float(max(each.max() for each in own)),
-            bound=20.0,
-            digits=1,
+            "memory of the controller itself [MB]", float(max(each.max() for each in own)), 20.0, digits=1
         ),
     ]

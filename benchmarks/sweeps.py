@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -133,21 +132,14 @@ def sparse_corridor(path: ReferencePath) -> Corridor:
     return Corridor.from_polygon(path, np.concatenate([line - normal, (line + normal)[::-1]]))
 
 
-def winding_config() -> ControllerConfig:
-    """A cruise that never comes to its arrival."""
-    return ControllerConfig(dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=Limits(speed=SPEED))
-
-
-def on_scenario(series: str, size: int, changes: dict[str, Any]) -> Variant:
-    """`SCENARIO` with other settings of the controller."""
+def with_stages(stages: int) -> Variant:
+    """`SCENARIO` with so many stages."""
     scenario = load_scenario(SCENARIO)
-    config = scenario.controller_config("default")
-    config = ControllerConfig(**{**dict(config), **changes})
-    path = scenario.build_path()
+    config, path = scenario.controller_config("default").changed(stages=stages), scenario.build_path()
     corridor = scenario.build_corridor(path)
     return Variant(
-        series=series,
-        size=size,
+        series="stages",
+        size=stages,
         build=lambda: DockingController(path, corridor, config),
         start=path.start,
         goal=scenario.goal_pose(),
@@ -155,8 +147,9 @@ def on_scenario(series: str, size: int, changes: dict[str, Any]) -> Variant:
 
 
 def on_winding(series: str, size: int, path: ReferencePath, corridor: Corridor) -> Variant:
-    """From the middle of a winding path."""
-    config = winding_config()
+    """From the middle of a winding path, in a cruise that never comes to its arrival."""
+    limits = Limits(speed=SPEED)
+    config = ControllerConfig(dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=limits)
     return Variant(
         series=series,
         size=size,
@@ -171,7 +164,7 @@ def variants(*, quick: bool = False) -> list[Variant]:
     def few(sizes: Sequence[int]) -> Sequence[int]:
         return (sizes[0], sizes[-1]) if quick else sizes
 
-    rows = [on_scenario("stages", n, {"stages": n}) for n in ((20, 70, 200) if quick else STAGES)]
+    rows = [with_stages(stages) for stages in ((20, 70, 200) if quick else STAGES)]
     for length in few(LENGTHS):
         path = winding(length)
         corridor = Corridor.from_offsets(path, left=HALF_WIDTH, right=-HALF_WIDTH)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rti_mpcc.report.numbers import number as number
+from rti_mpcc.report.text import number as number
 
 ROOT = Path(__file__).parents[1]
 

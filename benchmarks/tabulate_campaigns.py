@@ -19,7 +19,7 @@ import pandas as pd
 
 from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from rti_mpcc.report.campaign import COMFORT, OVER_GAIN, read_table, several
-from rti_mpcc.report.numbers import in_words
+from rti_mpcc.report.text import in_words
 
 COMMAND = "python -m benchmarks.tabulate_campaigns"
 HEADER = [

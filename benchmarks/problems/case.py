@@ -12,8 +12,7 @@ import numpy as np
 
 from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level, at_level
-from benchmarks.problems.scene_scenario import kind_of, scenario_of
-from benchmarks.problems.scenes import drawn_scene, kind_of_number
+from benchmarks.problems.scenes import drawn_scene, kind_of, kind_of_number, scenario_of
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.campaign import MOST, Drawn

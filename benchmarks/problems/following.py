@@ -7,7 +7,7 @@ kappa, and c_r that of the route, averaged over SMOOTHING:
     dw/ds = sin e,   de/ds = c - c_r,   dc/ds = c_r' - 3 (c - c_r)/l - 3 e/l² - w/l³                      (1)
 
 cut to |kappa| <= Room.curvature, |dkappa/ds| <= CURVATURE_SLOPE. From one of its poses it leaves for the
-goal, on one quintic (benchmarks.problems.quintics) or, where there is none, on two that meet in one of many
+goal, on one quintic (benchmarks.problems.passages) or, where there is none, on two that meet in one of many
 poses beside the route. It does not give way to what stands there: benchmarks.problems.reaching does.
 """
 

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from benchmarks.problems.scene_scenario import scenario_of
-from benchmarks.problems.scenes import drawn_scene
+from benchmarks.problems.scenes import drawn_scene, scenario_of
 from geometry import Area, Pose2
 from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig, Vehicle

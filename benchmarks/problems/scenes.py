@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import pi, tan
+from math import hypot, pi, tan
+from typing import Any
 
 import numpy as np
 import shapely
@@ -23,6 +24,7 @@ from geometry.outline import outline_at
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation.scenario import Scenario, scenario_from_dict
 from rti_mpcc.types import Array
 
 DRAWS = 100
@@ -50,6 +52,10 @@ VEHICLES: dict[str, tuple[Vehicle, float, float]] = {
 }
 """Bodies, largest steering [rad] and speed [m/s]."""
 _NEAR, _FAR = 50.0, 1e6  # [m] from the origin of the world; one in ten is in coordinates of a map
+DEAD_TIME = 0.18
+"""Of the plant, known to the controller [s]."""
+DURATION = 240.0
+"""More than any of the ways takes that have been driven [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -217,3 +223,49 @@ def _in_world(corners: Array, frame: Pose2, mirrored: bool) -> Array:
     moved: Array = np.ascontiguousarray(there if shapely.LinearRing(there).is_ccw else there[::-1])
     moved.flags.writeable = False
     return moved
+
+
+def scenario_of(scene: Scene) -> Scenario:
+    """The scenario of a scene: start, area and goal; nothing of its witness."""
+    area: dict[str, Any] = {"obstacles": [_corners(each) for each in scene.obstacles]}
+    if scene.boundary is not None:
+        area["boundary"] = _corners(scene.boundary)
+    return scenario_from_dict(
+        {
+            "name": scene.name,
+            "description": _described(scene),
+            "start": {"pose": _pose(scene.start)},
+            "area": area,
+            "goal": {"pose": _pose(scene.goal)},
+            "vehicle": {
+                name: getattr(scene.vehicle, name) for name in ("wheelbase", "width", "front", "rear")
+            },
+            "limits": {name: float(value) for name, value in scene.limits.model_dump().items()},
+            "controller": {"comfort_acceleration": scene.comfort_acceleration},
+            "simulation": {"cycle": 0.05, "dead_time": DEAD_TIME, "duration": DURATION},
+        }
+    )
+
+
+def kind_of(scenario: Scenario) -> str:
+    """Of the scene that a scenario was made from."""
+    return scenario.name.partition("_")[0]
+
+
+def _corners(outline: Array) -> list[list[float]]:
+    corners: list[list[float]] = outline.tolist()
+    return corners
+
+
+def _pose(pose: Pose2) -> list[float]:
+    return [pose.x, pose.y, pose.phi]
+
+
+def _described(scene: Scene) -> str:
+    vehicle: Vehicle = scene.vehicle
+    apart = hypot(scene.goal.x - scene.start.x, scene.goal.y - scene.start.y)
+    around = "within a boundary" if scene.boundary is not None else "without a boundary"
+    return (
+        f"{scene.kind}, {apart:.1f} m from start to goal, {len(scene.obstacles)} obstacles, {around}, "
+        f"a body of {vehicle.front + vehicle.rear:.2f} m"
+    )

@@ -18,8 +18,8 @@ from benchmarks.reproduction.runs import (
 )
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import add_options, integer
-from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
+from rti_mpcc.report.text import progress_bar, tell_lines, tell_written
 from rti_mpcc.simulation.batch import drive_all
 
 REPRODUCED = 0

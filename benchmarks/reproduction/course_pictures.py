@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 from benchmarks.reproduction import looks
 from benchmarks.reproduction.published import Track
 from geometry import Pose2
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid, legend_below, plane
-from rti_mpcc.report.ground import draw_path
+from rti_mpcc.report import draw
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 
@@ -27,19 +25,19 @@ def plane_figure(results: Sequence[RunResult], track: Track) -> Figure:
     spots = figure.subplot_mosaic([["whole", "cusp"], ["whole", "end"]], width_ratios=(1.35, 1.0))
     path = results[0].path
     for name, axes in spots.items():
-        draw_path(axes, path)
+        draw.lines(axes, draw.path_lines(path), draw.ORANGE, "path")
         for result in results:
             x, y, _ = result.truth.poses.T
             axes.plot(x, y, **looks.look(result.method))
         x, y, _ = track.poses.T
         axes.plot(x, y, **looks.look(looks.PUBLISHED))
         axes.set_title({"whole": "full course"}.get(name, f"near the {name}"), fontsize="medium")
-        plane(axes)
+        draw.plane(axes)
     spots["whole"].margins(0.08)
     for name, pose in (("cusp", path.parts[0].last), ("end", path.end)):
         _zoom(spots[name], pose, NEAR[name])
         _mark(spots["whole"], pose, name)
-    legend_below(figure, columns=4)
+    draw.legend_below(figure, columns=4)
     return figure
 
 
@@ -47,12 +45,12 @@ def _zoom(axes: Axes, pose: Pose2, near: float) -> None:
     axes.set_xlim(pose.x - near, pose.x + near)
     axes.set_ylim(pose.y - near, pose.y + near)
     axes.locator_params(nbins=5)
-    axes.plot([pose.x], [pose.y], "x", color=style.BLACK, markersize=9.0, markeredgewidth=1.8)
+    axes.plot([pose.x], [pose.y], "x", color=draw.BLACK, markersize=9.0, markeredgewidth=1.8)
 
 
 def _mark(axes: Axes, pose: Pose2, name: str) -> None:
     """Where a part is shown larger."""
-    axes.plot([pose.x], [pose.y], "x", color=style.BLACK, markersize=8.0, markeredgewidth=1.5)
+    axes.plot([pose.x], [pose.y], "x", color=draw.BLACK, markersize=8.0, markeredgewidth=1.5)
     axes.annotate(name, (pose.x, pose.y), xytext=(-8.0, -5.0), textcoords="offset points", ha="right")
 
 
@@ -79,10 +77,10 @@ def along_figure(results: Sequence[RunResult]) -> Figure:
     path = results[0].path
     for one, label in zip(axes, ("beside the path [m]", "steering δ [rad]", "speed v [m/s]"), strict=True):
         for k, end in enumerate([*path.cusps, path.length]):
-            one.axvline(end, color=style.GREY, linewidth=0.9, label="_" if k else "cusp, end")
+            one.axvline(end, color=draw.GREY, linewidth=0.9, label="_" if k else "cusp, end")
         one.set_ylabel(label)
-        grid(one)
+        draw.grid(one)
     axes[-1].set_xlabel("progress θ [m]")
     axes[-1].set_xlim(0.0, path.length + 1.0)
-    legend_below(figure, columns=5)
+    draw.legend_below(figure, columns=5)
     return figure

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from statistics import median
 from typing import Any
 
-from benchmarks.course_rows import HEADER, course_row, courses_told, run_figures
-from benchmarks.reproduction.columns import BEYOND, PAPER
-from benchmarks.reproduction.content import Section, Table, found, say
+from benchmarks.measure_courses import HEADER, course_row, courses_told, run_figures
+from benchmarks.reproduction.content import BEYOND, PAPER, Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
-from rti_mpcc.report.numbers import figure, number
+from rti_mpcc.report.text import figure, number
 from rti_mpcc.simulation.batch import DrivenCase
 
 LEFT_OUT = ("docked",)

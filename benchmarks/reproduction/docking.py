@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.reproduction import causes
-from benchmarks.reproduction.claims import claims, missed_causes, times_of
-from benchmarks.reproduction.columns import PAPER as PAPER_COLUMNS
-from benchmarks.reproduction.columns import Column
-from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
+from benchmarks.reproduction.content import PAPER as PAPER_COLUMNS
+from benchmarks.reproduction.content import Block, Column, Picture, Section, Table, found, say
 from benchmarks.reproduction.docking_pictures import (
     BODY_EVERY,
     HIGHEST,
@@ -24,12 +22,15 @@ from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from benchmarks.reproduction.verdicts import (
     beyond_told,
     came_out,
+    claims,
+    missed_causes,
     ratio,
     time_told,
+    times_of,
     times_told,
 )
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.numbers import figure, number
+from rti_mpcc.report import draw
+from rti_mpcc.report.text import figure, number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
 
@@ -163,14 +164,14 @@ def _pictures(scenario: str, outcomes: Sequence[DrivenCase], beyond: RunResult) 
     return [
         Picture(
             name=f"{scenario}_plane",
-            png=png(plane_figure(results, figures)),
+            png=draw.png(plane_figure(results, figures)),
             caption=f"{name}, preset `paper`: path of the rear axle, body each {BODY_EVERY:g} s and "
             "at the end. Thin dashed: the published code by the same method, rear axle.",
             told="Driven bodies in the corridor, a panel for each of three methods.",
         ),
         Picture(
             name=f"{scenario}_time",
-            png=png(time_figure(results, beyond)),
+            png=draw.png(time_figure(results, beyond)),
             caption=f"{name}: speed, steering and acceleration over time, preset `paper`, beside `dynamic` "
             f"also `default`. Runs are shown up to {LONGEST:g} times the published one, acceleration up to "
             f"{HIGHEST:g} m/s².",

@@ -13,9 +13,7 @@ from matplotlib.figure import Figure
 from benchmarks.reproduction import looks
 from benchmarks.reproduction.published import Track, published_track
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid, legend_below, plane
-from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path
+from rti_mpcc.report import draw
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 
@@ -45,20 +43,20 @@ def plane_figure(results: Sequence[RunResult], figures: Sequence[Mapping[str, An
         axes.set_xlim(left, right)
         axes.set_ylim(bottom, top)
         axes.label_outer()
-    legend_below(figure, columns=4)
+    draw.legend_below(figure, columns=4)
     return figure
 
 
 def _draw(axes: Axes, result: RunResult) -> None:
     assert result.corridor is not None
-    draw_boundaries(axes, result.corridor, result.path)
-    draw_path(axes, result.path)
+    draw.lines(axes, draw.boundaries_of(result.corridor), draw.BLACK, "corridor")
+    draw.lines(axes, draw.path_lines(result.path), draw.ORANGE, "path")
     truth, vehicle, line = result.truth, result.config.vehicle, looks.look(result.method)
     times = np.arange(truth.times[0], truth.times[-1], BODY_EVERY)
     rows = np.unique([*np.searchsorted(truth.times, times), len(truth.times) - 1])
     for poses, color, width, dashes, label in (
         (truth.poses[rows], line["color"], 0.5, "solid", "_"),
-        (truth.goals[-1:], style.BLACK, 1.4, "dotted", "goal"),
+        (truth.goals[-1:], draw.BLACK, 1.4, "dotted", "goal"),
     ):
         bodies = list(body_polygons(poses, vehicle))
         axes.add_collection(
@@ -70,7 +68,7 @@ def _draw(axes: Axes, result: RunResult) -> None:
     track = published_track(result.scenario.name, result.method)
     if track is not None:
         axes.plot(*track.poses[:, :2].T, **_published())
-    plane(axes)
+    draw.plane(axes)
 
 
 def _outcome(result: RunResult, figures: Mapping[str, Any]) -> str:
@@ -91,7 +89,7 @@ def _extent(results: Sequence[RunResult]) -> tuple[float, float, float, float]:
         poses = np.concatenate([result.truth.poses[::20], result.truth.poses[-1:], result.truth.goals[-1:]])
         lines.append(body_polygons(poses, vehicle).reshape(-1, 2))
         assert result.corridor is not None
-        lines += boundaries_of(result.corridor, result.path)
+        lines += draw.boundaries_of(result.corridor)
         track = published_track(result.scenario.name, result.method)
         lines += [] if track is None else [track.poses[:, :2]]
     points = np.concatenate(lines)
@@ -112,13 +110,13 @@ def time_figure(results: Sequence[RunResult], beyond: RunResult) -> Figure:
         column[0].set_title(result.method, fontsize="medium")
         column[-1].set_xlabel("time [s]")
         for axes in column:
-            grid(axes)
+            draw.grid(axes)
     _draw_times(panels[:, 0], beyond, looks.look(looks.BEYOND))
     named = ("speed v [m/s]", "steering δ [rad]", "acceleration a [m/s²]")
     for axes, label in zip(panels[:, 0], named, strict=True):
         axes.set_ylabel(label)
     cut_peaks(panels[-1])
-    legend_below(figure, columns=5)
+    draw.legend_below(figure, columns=5)
     return figure
 
 

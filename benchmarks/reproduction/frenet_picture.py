@@ -13,8 +13,7 @@ from geometry import PathPart
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, LAG, frenet_errors
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import legend_below, plane, png
+from rti_mpcc.report import draw
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.types import Array, VehicleState
 
@@ -94,26 +93,26 @@ def frenet_figure(plans: list[Paired]) -> Figure:
     for one, plan in zip(axes, plans, strict=True):
         _draw(one, plan)
         one.label_outer()
-    legend_below(figure, columns=5)
+    draw.legend_below(figure, columns=5)
     return figure
 
 
 def _draw(axes: Axes, plan: Paired) -> None:
     path = plan.part.reference(np.linspace(plan.part.start, plan.states[-1, THETA] + 1.0, 300))
-    axes.plot(path.x, path.y, color=style.ORANGE, linewidth=1.5, label="path")
+    axes.plot(path.x, path.y, color=draw.ORANGE, linewidth=1.5, label="path")
     shown = slice(0, None, _EVERY)
     for state, foot in zip(plan.states[shown], plan.feet[shown], strict=True):
-        axes.plot([state[X], foot[0]], [state[Y], foot[1]], color=style.GREY, linewidth=0.8)
-    axes.plot(plan.states[:, X], plan.states[:, Y], color=style.BLUE, linewidth=1.0)
+        axes.plot([state[X], foot[0]], [state[Y], foot[1]], color=draw.GREY, linewidth=0.8)
+    axes.plot(plan.states[:, X], plan.states[:, Y], color=draw.BLUE, linewidth=1.0)
     axes.plot(
-        *plan.states[shown, X : Y + 1].T, "o", color=style.BLUE, markersize=4.0, label="stages of the plan"
+        *plan.states[shown, X : Y + 1].T, "o", color=draw.BLUE, markersize=4.0, label="stages of the plan"
     )
-    axes.plot(*plan.feet[shown, :2].T, "s", color=style.ORANGE, markersize=4.0, label="their references")
+    axes.plot(*plan.feet[shown, :2].T, "s", color=draw.ORANGE, markersize=4.0, label="their references")
     stage = marked_stage(plan)
     _mark_errors(axes, plan, stage)
     errors = f"$e_l$ = {plan.lag[stage]:.2f} m, $e_c$ = {plan.contouring[stage]:.2f} m"
     axes.set_title(f"$q_l$ = {plan.lag_weight:g}; marked stage: {errors}", fontsize="medium")
-    plane(axes)
+    draw.plane(axes)
 
 
 def marked_stage(plan: Paired) -> int:
@@ -126,8 +125,8 @@ def _mark_errors(axes: Axes, plan: Paired, stage: int) -> None:
     foot = plan.feet[stage]
     along = foot[:2] + plan.lag[stage] * np.array([np.cos(foot[PHI]), np.sin(foot[PHI])])
     for ends, color, dashes, name in (
-        ((foot[:2], along), style.RED, "solid", "$e_l$"),
-        ((along, plan.states[stage, X : Y + 1]), style.GREEN, (0.0, (3.0, 1.0)), "$e_c$"),
+        ((foot[:2], along), draw.RED, "solid", "$e_l$"),
+        ((along, plan.states[stage, X : Y + 1]), draw.GREEN, (0.0, (3.0, 1.0)), "$e_c$"),
     ):
         x, y = np.stack(ends, axis=-1)
         label = f"{name} of one stage"
@@ -152,7 +151,7 @@ def frenet_section() -> Section:
     )
     picture = Picture(
         name="frenet",
-        png=png(frenet_figure(plans)),
+        png=draw.png(frenet_figure(plans)),
         caption=f"Every {_EVERY}th stage of a plan, paired to its reference by a grey line. "
         "Marked is the drawn stage with the largest lag error.",
         told="Stages of two plans beside a curved path, each with a line to its reference point.",

@@ -21,8 +21,8 @@ from benchmarks.reproduction.exactness import (
 from benchmarks.reproduction.published import published, published_run, published_track
 from benchmarks.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
 from benchmarks.reproduction.verdicts import came_out, error_told, ratio
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report import draw
+from rti_mpcc.report.text import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
 
@@ -109,14 +109,14 @@ def _pictures(outcomes: list[DrivenCase]) -> list[Picture]:
     return [
         Picture(
             name="full_course",
-            png=png(plane_figure(results, track)),
+            png=draw.png(plane_figure(results, track)),
             caption="Driven path of the rear axle on the full course, preset `paper`; the cusp and the end "
             "(crosses) are shown larger, on scales of their own.",
             told="Driven paths by four methods and the published code, with cusp and end enlarged.",
         ),
         Picture(
             name="full_course_along",
-            png=png(along_figure(results)),
+            png=draw.png(along_figure(results)),
             caption="Distance beside the path, steering and speed over the progress, preset `paper`.",
             told="Three panels over the progress; a line for each of four methods.",
         ),

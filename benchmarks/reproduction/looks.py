@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from rti_mpcc.report import style
+from rti_mpcc.report import draw
 
 PUBLISHED = "dynamic, published code"
 BEYOND = "dynamic, preset default"
 _DASHDOT = (0.0, (6.0, 1.5, 1.0, 1.5))
 _LOOKS: dict[str, dict[str, Any]] = {
-    "dynamic": {"color": style.BLUE, "linestyle": "solid", "linewidth": 1.8},
-    "separated": {"color": style.PINK, "linestyle": (0.0, (5.0, 2.0)), "linewidth": 1.5},
-    "switched": {"color": style.RED, "linestyle": _DASHDOT, "linewidth": 1.5},
-    "constant_1": {"color": style.RED, "linestyle": (0.0, (1.0, 1.0)), "linewidth": 1.8},
-    "constant_50": {"color": style.PINK, "linestyle": _DASHDOT, "linewidth": 1.5},
-    "constant_100": {"color": style.GREEN, "linestyle": (0.0, (5.0, 2.0)), "linewidth": 1.5},
-    BEYOND: {"color": style.GREEN, "linestyle": (0.0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "linewidth": 1.6},
-    PUBLISHED: {"color": style.BLACK, "linestyle": (0.0, (4.0, 2.0)), "linewidth": 0.9},
+    "dynamic": {"color": draw.BLUE, "linestyle": "solid", "linewidth": 1.8},
+    "separated": {"color": draw.PINK, "linestyle": (0.0, (5.0, 2.0)), "linewidth": 1.5},
+    "switched": {"color": draw.RED, "linestyle": _DASHDOT, "linewidth": 1.5},
+    "constant_1": {"color": draw.RED, "linestyle": (0.0, (1.0, 1.0)), "linewidth": 1.8},
+    "constant_50": {"color": draw.PINK, "linestyle": _DASHDOT, "linewidth": 1.5},
+    "constant_100": {"color": draw.GREEN, "linestyle": (0.0, (5.0, 2.0)), "linewidth": 1.5},
+    BEYOND: {"color": draw.GREEN, "linestyle": (0.0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "linewidth": 1.6},
+    PUBLISHED: {"color": draw.BLACK, "linestyle": (0.0, (4.0, 2.0)), "linewidth": 0.9},
 }
 
 

@@ -13,11 +13,10 @@ from matplotlib.figure import Figure
 
 from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from benchmarks.reproduction.verdicts import came_out
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid, legend_below, png
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report import draw
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import ride_of_run
+from rti_mpcc.report.text import number
 from rti_mpcc.report.timeline import draw_bands, name_bands
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
@@ -77,14 +76,14 @@ def mission_section(outcome: DrivenCase) -> Section:
         say(_SAYS),
         Picture(
             name="mission_over_time",
-            png=png(motion_figure(result, figures)),
+            png=draw.png(motion_figure(result, figures)),
             caption="Speed and steering of the mission, its steps as bands, T_goal (dotted) and the end of "
             "the lowering (dashed).",
             told="Speed and steering over time, with the steps dock, wait, straight and undock.",
         ),
         Picture(
             name="mission_plane",
-            png=png(overview_figure(ride_of_run(result))),
+            png=draw.png(overview_figure(ride_of_run(result))),
             caption="The same from above: the planned goal, the capsule and where each step ended.",
             told="The yard with two capsules and the body of the vehicle each second.",
         ),
@@ -102,27 +101,27 @@ def motion_figure(result: RunResult, figures: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=_SIZE, layout="constrained")
     speed, steering = figure.subplots(2, 1, sharex=True)
     truth, limit = result.truth, result.config.limits.steering
-    speed.plot(truth.times, truth.v, color=style.BLUE, linewidth=1.5, label="true")
+    speed.plot(truth.times, truth.v, color=draw.BLUE, linewidth=1.5, label="true")
     speed.set_ylabel("speed v [m/s]")
-    steering.plot(truth.times, truth.delta, color=style.BLUE, linewidth=1.5, label="true")
+    steering.plot(truth.times, truth.delta, color=draw.BLUE, linewidth=1.5, label="true")
     for side in (-limit, limit):
-        steering.axhline(side, color=style.GREY, linestyle="dashdot", linewidth=0.8, label="limit")
+        steering.axhline(side, color=draw.GREY, linestyle="dashdot", linewidth=0.8, label="limit")
     steering.set_ylabel("steering δ [rad]")
     for axes in (speed, steering):
         _mark(axes, result, figures)
     speed.set_title("docking mission", pad=_PAD + name_bands(speed, ride_of_run(result)))
     steering.set_xlabel("time [s]")
     steering.set_xlim(0.0, float(truth.times[-1]))
-    legend_below(figure, columns=5)
+    draw.legend_below(figure, columns=5)
     return figure
 
 
 def _mark(axes: Axes, result: RunResult, figures: Mapping[str, Any]) -> None:
     draw_bands(axes, ride_of_run(result), waited="end of the lowering")
-    grid(axes)
+    draw.grid(axes)
     at_goal = figures["time_to_tolerance_s"]
     if at_goal is not None:
-        axes.axvline(at_goal, color=style.GREEN, linestyle="dotted", linewidth=1.4, label="T_goal")
+        axes.axvline(at_goal, color=draw.GREEN, linestyle="dotted", linewidth=1.4, label="T_goal")
 
 
 def motion_of(result: RunResult, figures: Mapping[str, Any]) -> Motion:

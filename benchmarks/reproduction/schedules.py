@@ -14,8 +14,7 @@ from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.paper import PaperObjective
 from rti_mpcc.paper.objective import DynamicContouring
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid, png
+from rti_mpcc.report import draw
 from rti_mpcc.types import Array
 
 END = 30.0
@@ -25,10 +24,10 @@ SHOWN = (5.0, 36.0)
 _SPACING = 0.05
 _HORIZON = 70
 _ROWS = (
-    ("lag", "lag\n$q_l$ [1/m²]", style.BLACK, "solid"),
-    ("contouring", "contouring\n$q_c$ [1/m²]", style.BLUE, (0.0, (6.0, 1.5))),
-    ("progress_reward", "progress reward\n$\\gamma$ [s/m]", style.ORANGE, "solid"),
-    ("goal", "goal pose\n$q_N$ [1/m²]", style.RED, (0.0, (6.0, 1.5, 1.0, 1.5))),
+    ("lag", "lag\n$q_l$ [1/m²]", draw.BLACK, "solid"),
+    ("contouring", "contouring\n$q_c$ [1/m²]", draw.BLUE, (0.0, (6.0, 1.5))),
+    ("progress_reward", "progress reward\n$\\gamma$ [s/m]", draw.ORANGE, "solid"),
+    ("goal", "goal pose\n$q_N$ [1/m²]", draw.RED, (0.0, (6.0, 1.5, 1.0, 1.5))),
 )
 _SAID = (
     "The weights are drawn by calling the function that the controller calls in every cycle "
@@ -94,10 +93,10 @@ def schedules_figure() -> Figure:
         for row, (field, label, color, dashes) in enumerate(_ROWS):
             one = axes[row, column]
             one.plot(theta, getattr(values, field), color=color, linestyle=dashes, linewidth=1.8)
-            one.axvline(target.stop, color=style.GREY, linestyle="dashed", linewidth=0.9)
+            one.axvline(target.stop, color=draw.GREY, linestyle="dashed", linewidth=0.9)
             reach = target.stop - config.weights.transition_reach
-            one.axvline(reach, color=style.GREY, linestyle="dotted", linewidth=0.9)
-            grid(one)
+            one.axvline(reach, color=draw.GREY, linestyle="dotted", linewidth=0.9)
+            draw.grid(one)
             # Each by itself: contouring ends at 100 in the first case, begins at 1 in the others.
             top = max(float(getattr(values, field).max()), 1e-3 if field != "goal" else 1.0)
             one.set_ylim(-0.05 * top, 1.15 * top)
@@ -111,7 +110,7 @@ def schedules_section() -> Section:
     """The three schematic figures in one."""
     picture = Picture(
         name="weight_schedules",
-        png=png(schedules_figure()),
+        png=draw.png(schedules_figure()),
         caption=_CAPTION.format(end=END),
         told="Lag, contouring, progress and goal weights over the progress for the three kinds of goals.",
     )

@@ -15,7 +15,7 @@ from rti_mpcc.cli.recordings import add_identify, add_replay, add_watch
 from rti_mpcc.cli.run import add_run
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.report.console import tell_lines, warnings_on_stderr
+from rti_mpcc.report.text import tell_lines, warnings_on_stderr
 from rti_mpcc.simulation import builtin_names, load_scenario
 
 _INTERRUPTED = 130

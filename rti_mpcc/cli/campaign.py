@@ -21,10 +21,16 @@ from rti_mpcc.cli.arguments import (
 )
 from rti_mpcc.errors import InputError
 from rti_mpcc.paper import METHODS
-from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
-from rti_mpcc.report.table import compared, comparison_tables, run_label
+from rti_mpcc.report.text import (
+    compared,
+    comparison_tables,
+    progress_bar,
+    run_label,
+    tell_tables,
+    tell_written,
+)
 from rti_mpcc.simulation import driver_of, load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign

@@ -8,8 +8,7 @@ from pathlib import Path
 from rti_mpcc import plan_manoeuvre
 from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.errors import InputError
-from rti_mpcc.report.console import tell_lines, tell_tables, tell_written
-from rti_mpcc.report.table import docks_table, plan_table
+from rti_mpcc.report.text import docks_table, plan_table, tell_lines, tell_tables, tell_written
 from rti_mpcc.simulation import load_scenario, read_docks
 
 
@@ -66,10 +65,10 @@ def _docks(arguments: argparse.Namespace) -> int:
     docks, name = read_docks(arguments.file), arguments.file.name
     picture = writable_folder(arguments.out, arguments.file.stem) / "docks.png"
     # Not at the top: matplotlib takes long to load.
-    from rti_mpcc.report.axes import save
-    from rti_mpcc.report.docks_figure import docks_figure
+    from rti_mpcc.report import draw
+    from rti_mpcc.report.plan import docks_figure
 
-    save(docks_figure(name, docks), picture)
+    draw.save(docks_figure(name, docks), picture)
     tell_tables([docks_table(name, docks)])
     tell_written([picture])
     return DONE

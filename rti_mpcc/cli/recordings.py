@@ -12,10 +12,9 @@ from rti_mpcc.cli.run import simulated
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import read_recording, replay
 from rti_mpcc.recording.identify import identify
-from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Ride, ride_of_recording
-from rti_mpcc.report.table import replay_lines
+from rti_mpcc.report.text import progress_bar, replay_lines, tell_lines, tell_written
 from rti_mpcc.simulation import GoalSource, load_scenario
 
 _OF_SCENARIO = {"method": "dynamic", "preset": "default", "seed": 0}
@@ -71,7 +70,7 @@ def add_watch(commands: Commands) -> None:
 
 
 def _watch(asked: argparse.Namespace) -> int:
-    from rti_mpcc.report.viewer import open_window, watch
+    from rti_mpcc.report.scene import open_window, watch
 
     watch(open_window(), _ride(asked))
     return DONE
@@ -106,14 +105,14 @@ def add_identify(commands: Commands) -> None:
 
 def _identify(asked: argparse.Namespace) -> int:
     # Not at the top: matplotlib takes long to load.
-    from rti_mpcc.report.actuators import actuators_figure
-    from rti_mpcc.report.axes import save
+    from rti_mpcc.report import draw
+    from rti_mpcc.report.timeline import actuators_figure
 
     found = identify(read_recording(asked.file, allow_truncated=asked.partial))
     folder = writable_folder(asked.out, asked.file.stem)
     written = [folder / "identified.json", folder / "identified.png"]
     write_json(found.figures(), written[0])
-    save(actuators_figure(asked.file.name, found), written[1])
+    draw.save(actuators_figure(asked.file.name, found), written[1])
     for name, fit in (("drive", found.drive), ("steering", found.steering)):
         if fit is None:
             tell_lines([f"{name}: changes too little to be fitted"])

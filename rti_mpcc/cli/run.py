@@ -12,10 +12,16 @@ from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_optio
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.recording import Recorder
-from rti_mpcc.report.console import progress_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
-from rti_mpcc.report.table import failure_lines, summary_table
+from rti_mpcc.report.text import (
+    failure_lines,
+    progress_bar,
+    summary_table,
+    tell_lines,
+    tell_tables,
+    tell_written,
+)
 from rti_mpcc.simulation import (
     GoalSource,
     RunResult,

@@ -7,7 +7,6 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, ControllerConfig
-from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     Clearance,
     DockingObjective,
@@ -16,7 +15,7 @@ from rti_mpcc.config.mpc import (
     SolverSettings,
     Weights,
 )
-from rti_mpcc.config.route import RoutePlanner
+from rti_mpcc.config.route import MissionSettings, RoutePlanner
 from rti_mpcc.config.vehicle import ActuatorModel, Comfort, Limits, Ride, Vehicle
 
 __all__ = [

@@ -14,7 +14,6 @@ from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.doors import door
 from geometry.errors import ConfigError
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean, replaced
-from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     CONTACT_TOLERANCE,
     Clearance,
@@ -24,7 +23,7 @@ from rti_mpcc.config.mpc import (
     SolverSettings,
     Weights,
 )
-from rti_mpcc.config.route import RoutePlanner
+from rti_mpcc.config.route import MissionSettings, RoutePlanner
 from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits, Ride, Vehicle
 
 EXIT = 1e-3

@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalStatus
-from geometry import Pose2
+from geometry import InputError, Pose2
+from geometry.angles import degrees_hint
 from geometry.doors import door
 from rti_mpcc.docking import DockingController
-from rti_mpcc.mission.checks import check_mission
 from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
 from rti_mpcc.mission.start import start_step
 from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Wait
+from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
@@ -60,7 +61,7 @@ class DockingMission:
     ) -> None:
         self.controller, self.steps = controller, cast("tuple[AnyStep, ...]", tuple(steps))
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
-        check_mission(self.steps, self.home, controller)
+        _check(self.steps, self.home, controller)
         # A mission that has made no cycle has left nothing anywhere.
         last = controller.state.agenda if controller.has_stepped else None
         docks = [step for step in self.steps if isinstance(step, Dock) and step.pose is not None]
@@ -261,12 +262,11 @@ class DockingMission:
         if due is not None:
             ended = agenda.begun is None and last is not None and last.end == self.controller.state.now
             result = last.result if ended and last is not None else MissionResult.RUNNING
-            step = due.place, due.step.word, due.attempt
+            place, kind, attempt = due.place, due.step.word, due.attempt
         elif last is not None:
-            step, result = (last.place, last.kind, last.attempt), last.result
+            place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
         else:  # it was cancelled before any step was started
-            step, result = (0, self.steps[0].word, 0), agenda.result
-        place, kind, attempt = step
+            place, kind, attempt, result = 0, self.steps[0].word, 0, agenda.result
         return MissionReport(
             step=place, kind=kind, result=result, mission_result=self.result, attempt=attempt,
             reason=agenda.reason,
@@ -281,12 +281,45 @@ def _with_dock_pose(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
     pose = s.goal_pose or (None if s.on_planned_way else s.path.end)
     if pose is None:
         return agenda
-    if agenda.berth is None:
-        agenda = agenda.at(Berth(dock=dock, place=agenda.due[0].place, pose=pose, body_at=pose))
     berth = agenda.berth
-    assert berth is not None
+    if berth is None:
+        berth = Berth(dock=dock, place=agenda.due[0].place, pose=pose, body_at=pose)
+        agenda = agenda.at(berth)
     own = s.goal.planned if dock.pose is None else agenda.own_goal
     *before, record = agenda.log
     if record.goal is None:
         record = replace(record, goal=pose, dock=pose)
     return replace(agenda, berth=replace(berth, pose=pose), own_goal=own, log=(*before, record))
+
+
+def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
+    """Refuse steps that are no mission of this controller. Raises InputError, see `DockingMission`."""
+    if not steps:
+        raise InputError("steps: a mission needs at least one")
+    if home is not None:
+        if home.retry_from is not None:
+            raise InputError(f"home.retry_from = {home.retry_from}: it has no place in the mission")
+        _check_pose(home.pose, "home.pose")
+    for place, step in enumerate(steps):
+        name = f"steps[{place}]"
+        if not isinstance(step, Dock | Wait | Straight | Undock | DriveTo):
+            raise InputError(f"{name}: must be a Dock, Wait, Straight, Undock or DriveTo, is {step!r}")
+        if isinstance(step, Dock | DriveTo) and step.pose is not None:
+            _check_pose(step.pose, f"{name}.pose")
+        if step.retry_from is not None and step.retry_from > place:
+            raise InputError(f"{name}.retry_from = {step.retry_from}: must not be a later step")
+        if step.then == "home" and home is None:
+            raise InputError(f"{name}.then = 'home': the mission has no home")
+        drives = isinstance(step, Straight | Undock | DriveTo) or (isinstance(step, Dock) and step.pose)
+        if drives and controller.area is None:
+            raise InputError(f"{name}: needs planned routes; this controller drives its path only")
+
+
+def _check_pose(pose: Pose2, name: str) -> None:
+    if validation.usable_goal(pose) is None:
+        raise InputError(
+            f"{name} = {pose}: its coordinates must be at most {FARTHEST:g} m, "
+            f"its heading at most {LARGEST_HEADING:g} rad"
+        )
+    if hint := degrees_hint(f"{name}.phi", pose.phi):
+        _log.warning("%s", hint)

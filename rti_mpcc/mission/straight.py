@@ -18,12 +18,13 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
-from rti_mpcc.mission.undock_ends import SPACING
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
 from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.steps import Straight
 
+SPACING = 0.05
+"""Distance of the poses on a straight move or a route out at which the clearance is checked [m]."""
 STRAIGHT_END = 0.03
 """Longitudinal tolerance of a straight move's end [m]: a contact is no farther."""
 _BESIDE = 1.0  # an obstacle farther from the body is not beside it [m]
@@ -52,22 +53,19 @@ def straight_order(
     return _order(step, line, error.x, here, area, config), ""
 
 
-def is_correctable(
-    error: Pose2, length: float, curvature: float, tolerance: tuple[float, float], headings: int = 21
-) -> bool:
+def is_correctable(error: Pose2, length: float, curvature: float, tolerance: tuple[float, float]) -> bool:
     """Whether an error across a straight move can come within a tolerance on it, (L1).
 
     Args:
         error: lateral [m] and heading [rad] at its start.
         length: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
-        headings: number of headings at its end that are tried.
     """
     lateral, heading = tolerance
     turn = curvature * abs(length)
     low, high = max(-heading, error.phi - turn), min(heading, error.phi + turn)
     if low > high:
         return False
-    for end in np.linspace(low, high, headings).tolist():
+    for end in np.linspace(low, high, 21).tolist():
         straight = error.y + 0.5 * (error.phi + end) * length
         turned = 0.0 if end == error.phi else 0.25 * (end - error.phi) ** 2 / curvature
         swing = 0.25 * curvature * length**2 - turned

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import entries_once
+from rti_mpcc.report import draw
 from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.scene import CameraView, Scene, WeightBars
 
@@ -68,23 +67,17 @@ def write_animation(rides: Sequence[Ride], file: Path, *, progress: Progress | N
     if file.suffix.lower() == ".mp4":
         _write_mp4(shown, file)
         return
-    palette = _palette()
+    # One palette for all, shades of the colours of `draw`: with one for each picture they flicker. The
+    # palest is not too near white: Pillow would take the paper for it.
+    full, shares = 255.0 * to_rgba_array(draw.COLORS)[:, :3], np.linspace(0.1, 1.0, 31)[:, None, None]
+    shades = np.concatenate([[[255.0] * 3], (shares * full + (1.0 - shares) * 255.0).reshape(-1, 3)])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(shades.round().astype(np.uint8).tobytes())
     frames = (
         Image.fromarray(each).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
         for each in shown
     )
     next(frames).save(file, save_all=True, append_images=frames, duration=1000 // RATE, loop=0)
-
-
-def _palette() -> Image.Image:
-    """The colours of `style` on white, in shades: with a palette for each picture they flicker."""
-    full = 255.0 * to_rgba_array(style.COLORS)[:, :3]
-    # The palest is not too near white: Pillow would take the paper for it.
-    shares = np.linspace(0.1, 1.0, 31)[:, None, None]
-    shades = np.concatenate([[[255.0] * 3], (shares * full + (1.0 - shares) * 255.0).reshape(-1, 3)])
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(shades.round().astype(np.uint8).tobytes())
-    return palette
 
 
 def picture_times(rides: Sequence[Ride]) -> list[float]:
@@ -145,8 +138,9 @@ class Stage:
         shown = [each for each in (*self.scenes, *self.bars, *self.cameras) if each is not None]
         self.moving: list[Artist] = [artist for each in shown for artist in each.moving]
         width, height = abreast * (wide + _CAMERA * beside), rows * (high + _BARS + _LABELS) + _LEGEND
-        self.figure.set_size_inches(_even(width), _even(height))
-        handles, labels = entries_once(scene.axes for scene in self.scenes)
+        # MP4 needs an even number of dots.
+        self.figure.set_size_inches(2 * ceil(0.5 * DPI * width) / DPI, 2 * ceil(0.5 * DPI * height) / DPI)
+        handles, labels = draw.entries_once(scene.axes for scene in self.scenes)
         look = {"ncols": max(1, int(width / _ENTRY)), "frameon": False, "fontsize": "small"}
         self.figure.legend(handles, labels, loc="outside lower center", **look)
 
@@ -158,11 +152,6 @@ class Stage:
             bars.show(scene.ride.moments[index])
             if camera is not None:
                 camera.show(time)
-
-
-def _even(length: float) -> float:
-    """Not less than this length, and an even number of dots, which MP4 needs [inch]."""
-    return 2 * ceil(0.5 * DPI * length) / DPI
 
 
 def _write_mp4(shown: Iterator[Picture], file: Path) -> None:

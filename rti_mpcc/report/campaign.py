@@ -14,10 +14,10 @@ from scipy.stats import binomtest
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Machine
 from rti_mpcc.report.files import write_json
-from rti_mpcc.report.numbers import in_words, number, percent
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.page import rendered
 from rti_mpcc.report.ride import ride_of_run
+from rti_mpcc.report.text import in_words, number, percent
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign import TIMES, CaseOutcome, DrawnCase, read_rows
 from rti_mpcc.simulation.scenario import save_scenario

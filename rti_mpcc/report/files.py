@@ -26,14 +26,14 @@ def write_files(ride: Ride, summary: dict[str, Any], folder: Path, *, plots: boo
     write_trajectory(ride, written[1])
     if plots:
         # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
-        from rti_mpcc.report.axes import save
+        from rti_mpcc.report import draw
         from rti_mpcc.report.overview import overview_figure
         from rti_mpcc.report.timeline import timeline_figure
 
         figures = {"overview": overview_figure(ride), "timeline": timeline_figure(ride, summary)}
         for name, figure in figures.items():
             written.append(folder / f"{name}.png")
-            save(figure, written[-1])
+            draw.save(figure, written[-1])
     return written
 
 

@@ -7,30 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import entries_once, plane
-from rti_mpcc.report.ground import (
-    boundaries_of,
-    draw_area,
-    draw_bodies,
-    draw_boundaries,
-    draw_outlines,
-    draw_routes,
-    path_lines,
-    show_driven,
-)
+from rti_mpcc.report import draw
 from rti_mpcc.report.ride import Ride
 
-_BODY_EVERY = 1.0
-"""Time between two drawn bodies [s]."""
 _WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
 """Bounds on the size of the axes [inch]."""
 _BESIDE, _ABOVE = 3.2, 1.1
 """Room for labels, legend and title [inch]."""
-_DETECTIONS = (
-    (True, "detection, accepted", style.GREEN, "."),
-    (False, "detection, rejected", style.RED, "x"),
-)
 
 
 def overview_figure(ride: Ride) -> Figure:
@@ -42,31 +25,41 @@ def overview_figure(ride: Ride) -> Figure:
     figure = Figure(layout="constrained")
     axes = figure.add_subplot()
     if ride.area is not None:
-        draw_area(axes, ride.area)
+        draw.area(axes, ride.area)
     if ride.path is not None and ride.corridor is not None:
-        draw_boundaries(axes, ride.corridor, ride.path)
-    draw_outlines(axes, ride.obstacles)
+        draw.lines(axes, draw.boundaries_of(ride.corridor), draw.BLACK, "corridor")
+    draw.outlines(axes, ride.obstacles)
     routes = [route for _, route in ride.routes]
-    draw_routes(axes, routes, label="path" if routes == [ride.path] else "route")
+    for place, route in enumerate(routes[:-1]):
+        draw.lines(axes, draw.path_lines(route), draw.PINK, "_" if place else "earlier route")
+    for route in routes[-1:]:
+        draw.lines(axes, draw.path_lines(route), draw.ORANGE, "path" if routes == [ride.path] else "route")
     motion, vehicle = ride.motion, ride.config.vehicle
-    rows = np.searchsorted(motion.times, np.arange(motion.times[0], ride.end, _BODY_EVERY))
+    rows = np.searchsorted(motion.times, np.arange(motion.times[0], ride.end, 1.0))
     poses = motion.poses[np.unique([*rows, len(motion.times) - 1])]
-    draw_bodies(axes, poses, vehicle, style.BLUE, "body each second", linewidths=0.6)
-    axes.plot(*motion.poses[:, :2].T, color=style.BLUE, linewidth=1.5, label="rear axle, driven")
-    draw_bodies(axes, poses[-1], vehicle, style.BLUE, "body at the end", facecolors=style.SKY, alpha=0.6)
+    draw.bodies(axes, poses, vehicle, draw.BLUE, "body each second", linewidths=0.6)
+    axes.plot(*motion.poses[:, :2].T, color=draw.BLUE, linewidth=1.5, label="rear axle, driven")
+    draw.bodies(axes, poses[-1], vehicle, draw.BLUE, "body at the end", facecolors=draw.SKY, alpha=0.6)
     _draw_goals(axes, ride)
     _draw_steps(axes, ride)
-    plane(axes)
+    draw.plane(axes)
     show_ride(axes, ride)
-    fit_plane(figure, axes)
+    # A wide course gets a low picture and a tall one a high picture.
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    scale = min(_WIDEST / (right - left), _HIGHEST / (top - bottom))
+    height = max(scale * (top - bottom), _LOWEST)
+    figure.set_size_inches(scale * (right - left) + _BESIDE, height + _ABOVE)
     axes.set_autoscale_on(False)  # a wild detection may lie far outside
-    for accepted, name, color, marker in _DETECTIONS:
+    for accepted, name, color, marker in (
+        (True, "detection, accepted", draw.GREEN, "."),
+        (False, "detection, rejected", draw.RED, "x"),
+    ):
         known = [each.pose for each in ride.detections if each.accepted is accepted and each.pose is not None]
         if known:
             x, y = np.array([(pose.x, pose.y) for pose in known]).T
             axes.scatter(x, y, s=10.0, color=color, marker=marker, linewidths=0.8, label=name, zorder=3)
     axes.set_title(f"{ride.title}: {ride.end:.1f} s in all")
-    figure.legend(*entries_once([axes]), loc="outside right upper", frameon=False, markerscale=1.5)
+    figure.legend(*draw.entries_once([axes]), loc="outside right upper", frameon=False, markerscale=1.5)
     return figure
 
 
@@ -76,33 +69,25 @@ def show_ride(axes: Axes, ride: Ride) -> None:
     poses = np.concatenate([ride.motion.poses, ride.motion.goals[[0, -1]], *planned])
     points = [body_polygons(poses[np.isfinite(poses).all(axis=1)], ride.config.vehicle).reshape(-1, 2)]
     if ride.path is not None and ride.corridor is not None:
-        points += [*boundaries_of(ride.corridor, ride.path), *path_lines(ride.path), *ride.obstacles]
-    show_driven(axes, np.concatenate(points), ride.area)
-
-
-def fit_plane(figure: Figure, axes: Axes) -> None:
-    """A wide course gets a low picture and a tall one a high picture, within limits [inch]."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    scale = min(_WIDEST / (right - left), _HIGHEST / (top - bottom))
-    height = max(scale * (top - bottom), _LOWEST)
-    figure.set_size_inches(scale * (right - left) + _BESIDE, height + _ABOVE)
+        points += [*draw.boundaries_of(ride.corridor), *draw.path_lines(ride.path), *ride.obstacles]
+    draw.show_driven(axes, np.concatenate(points), ride.area)
 
 
 def _draw_goals(axes: Axes, ride: Ride) -> None:
     goals, vehicle = ride.motion.goals, ride.config.vehicle
     if np.isfinite(goals[-1]).all():
         moved = goals[np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))]
-        draw_bodies(axes, moved, vehicle, style.RED, "goal before it moved", linewidths=0.5)
-        draw_bodies(axes, goals[-1], vehicle, style.RED, "goal", linewidths=1.5, linestyles=["dashed"])
+        draw.bodies(axes, moved, vehicle, draw.RED, "goal before it moved", linewidths=0.5)
+        draw.bodies(axes, goals[-1], vehicle, draw.RED, "goal", linewidths=1.5, linestyles=["dashed"])
     if ride.planned_goal is not None:
         look = {"linewidths": 1.2, "linestyles": [(0.0, (2.0, 1.0))]}
-        draw_bodies(axes, ride.planned_goal, vehicle, style.PINK, "planned goal", **look)
+        draw.bodies(axes, ride.planned_goal, vehicle, draw.PINK, "planned goal", **look)
 
 
 def _draw_steps(axes: Axes, ride: Ride) -> None:
     docked = [] if ride.docked_object is None else [ride.docked_object]
-    draw_outlines(axes, docked, "docked object", style.PINK, zorder=1.5)
+    draw.outlines(axes, docked, "docked object", draw.PINK, zorder=1.5)
     ends = [step.end for step in ride.steps if step.end is not None]
     poses = ride.motion.poses[ride.motion.rows_at(ends)]
     label, vehicle = "body at the end of a step", ride.config.vehicle
-    draw_bodies(axes, poses, vehicle, style.GREEN, label, linewidths=1.4, zorder=3)
+    draw.bodies(axes, poses, vehicle, draw.GREEN, label, linewidths=1.4, zorder=3)

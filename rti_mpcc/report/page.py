@@ -12,8 +12,8 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader, PackageLoader, S
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.numbers import in_words, number, percent
+from rti_mpcc.report import draw
+from rti_mpcc.report.text import in_words, number, percent
 
 _SYMBOL = re.compile(r"(?<!\w)([A-Za-zθδ])_([A-Za-zθδ]+)(?:\^([a-z]+))?")
 """A letter with an index: q_c, θ_k, a_lat, q_N^e."""
@@ -36,7 +36,7 @@ def rendered(template: str, title: str, *folders: Path, **given: Any) -> str:
 
 def embedded(picture: bytes | Figure) -> str:
     """A picture as an address that holds all of it."""
-    data = png(picture) if isinstance(picture, Figure) else picture
+    data = draw.png(picture) if isinstance(picture, Figure) else picture
     return f"data:image/png;base64,{b64encode(data).decode('ascii')}"
 
 

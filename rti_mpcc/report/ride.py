@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from estimation import CharucoDetection, CharucoGoalDetector, GoalStatus, Judgement
+from estimation import CharucoDetection, CharucoGoalDetector, Judgement
 from estimation.charuco import opencv
 from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.outline import outline_at
@@ -26,13 +26,10 @@ from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.controllers import wrapped
-from rti_mpcc.simulation.metrics import detections_of, goal_estimates
+from rti_mpcc.simulation.metrics import detections_of
 from rti_mpcc.simulation.result import Truth
 from rti_mpcc.simulation.sections.goal import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
-
-_PICTURE_WIDTH = 560
-"""Width of the kept pictures [px]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +55,7 @@ class Moment:
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """The effective weights in the order of `style.WEIGHTS`."""
+        """The effective weights in the order of `draw.WEIGHTS`."""
         weights = self.command.diagnostics.weights
         return weights.lag, weights.contouring, weights.progress_reward, weights.goal_position
 
@@ -68,7 +65,7 @@ class Ride:
     """All that pictures show of a ride.
 
     Attributes:
-        title: scenario or file; config: settings of the controller.
+        title: scenario or file; config: of the controller.
         motion: true at each step of the simulation; of a recording measured in each cycle, NaN: unknown.
         moments: of all cycles, in order of time; empty where no `Observer` kept them.
         path, corridor: that were given; None in an area, and `area` None along a given path.
@@ -106,25 +103,6 @@ class Ride:
         after = np.searchsorted([moment.time for moment in self.moments], time + 1e-9, side="right")
         return max(0, int(after) - 1)
 
-    def goals_known(self) -> tuple[Array, Array, Array, Array, list[GoalStatus | None]]:
-        """Of each cycle: true goal, setpoint and estimate (m, 3), covariance (m, 3, 3), status of the filter.
-
-        NaN: unknown; the setpoint is known on the last segment of a route alone.
-        """
-        true, setpoints = np.full((2, len(self.moments), 3), np.nan)
-        covariances = np.full((len(self.moments), 3, 3), np.nan)
-        goals = [moment.command.diagnostics.goal for moment in self.moments]
-        for row, (moment, goal) in enumerate(zip(self.moments, goals, strict=True)):
-            diagnostics = moment.command.diagnostics
-            if moment.goal is not None:
-                true[row] = moment.goal
-            if moment.route is not None and diagnostics.part == len(moment.route.parts) - 1:
-                setpoints[row] = diagnostics.aim.x, diagnostics.aim.y, diagnostics.aim.phi
-            if goal is not None and goal.covariance is not None:
-                covariances[row] = goal.covariance
-        statuses = [None if goal is None else goal.status for goal in goals]
-        return true, setpoints, goal_estimates(goals), covariances, statuses
-
 
 class Observer:
     """Steps a controller, a mission or a `Recorder` around one, and keeps its cycles as `moments`."""
@@ -157,7 +135,7 @@ def _moment(controller: object, state: VehicleState, command: Command, time: flo
 
 
 class CameraFrames:
-    """Keeps the pictures of a run with their detections as small JPEG files: the `seen` of `simulate`."""
+    """Keeps a run's pictures and detections as JPEG files 560 pixels wide: the `seen` of `simulate`."""
 
     def __init__(self, section: CameraSection) -> None:
         self.frames: list[tuple[float, bytes]] = []
@@ -168,7 +146,7 @@ class CameraFrames:
         cv2: Any = opencv()
         annotated = self._detector.annotated(picture, detection)
         height, width = annotated.shape[:2]
-        size = _PICTURE_WIDTH, round(_PICTURE_WIDTH * height / width)
+        size = 560, round(560 * height / width)
         small = cv2.resize(annotated, size, interpolation=cv2.INTER_AREA)
         self.frames.append((stamp, cv2.imencode(".jpg", small)[1].tobytes()))
 

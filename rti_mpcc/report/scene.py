@@ -1,4 +1,4 @@
-"""Scene: the plane from above at one cycle, with the plan, its status, weights and the camera's picture."""
+"""One cycle of a ride: the plane with the plan, effective weights, the camera's picture; a window on it."""
 
 from __future__ import annotations
 
@@ -6,27 +6,30 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from io import BytesIO
 from operator import itemgetter
+from textwrap import fill
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.widgets import Slider
 from PIL import Image
 
+from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import X, Y
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import plane
-from rti_mpcc.report.ground import draw_area, draw_boundaries, draw_path, drawn_outlines, path_lines
+from rti_mpcc.report import draw
 from rti_mpcc.report.overview import show_ride
 from rti_mpcc.report.ride import Moment, Ride
+from rti_mpcc.report.timeline import MOTION, strip_charts
 from rti_mpcc.types import Array
 
 _BODIES = 6
 """Bodies drawn along the plan, the last one at its end."""
-_WHEEL = 0.45
-"""Half the drawn length of the bicycle's front wheel [m]."""
+_WHEEL = np.array([-0.45, 0.45])
+"""Ends of the bicycle's front wheel as it is drawn, along the wheel [m]."""
 
 
 class Scene:
@@ -40,36 +43,34 @@ class Scene:
         self.moving: list[Artist] = []
         replanned = ride.path is not None and len(ride.routes) > 1
         if ride.area is not None:
-            draw_area(axes, ride.area)
+            draw.area(axes, ride.area)
         if ride.path is not None and ride.corridor is not None:
             if len(ride.path.parts) > 1:
-                look = {"color": style.GREY, "label": "corridor, other segment"}
-                draw_boundaries(axes, ride.corridor, ride.path, **look)
-            earlier = {"color": style.PINK, "label": "earlier route"}
-            draw_path(axes, ride.path, **(earlier if replanned else {}))
-        self.walls = self._lines(style.BLACK, "corridor" if ride.area is None else "_")
-        self.route = self._lines(style.ORANGE, "route" if ride.path is None or replanned else "_")
+                draw.lines(axes, draw.boundaries_of(ride.corridor), draw.GREY, "corridor, other segment")
+            color, label = (draw.PINK, "earlier route") if replanned else (draw.ORANGE, "path")
+            draw.lines(axes, draw.path_lines(ride.path), color, label)
+        self.walls = self._lines(draw.BLACK, "corridor" if ride.area is None else "_")
+        self.route = self._lines(draw.ORANGE, "route" if ride.path is None or replanned else "_")
         there = "obstacle" if any(moment.obstacles for moment in ride.moments) else "_"
-        self.obstacles = self._shapes(there, style.BLACK, facecolors=style.GREY)
-        self.plan_bodies = self._shapes("body, predicted", style.GREEN, linewidths=0.5)
-        self.body = self._shapes("body", style.BLUE, facecolors=style.SKY, alpha=0.8)
-        self.target = self._shapes("end of the segment", style.BLACK, linestyles="dotted")
+        self.obstacles = self._shapes(there, draw.BLACK, facecolors=draw.GREY)
+        self.plan_bodies = self._shapes("body, predicted", draw.GREEN, linewidths=0.5)
+        self.body = self._shapes("body", draw.BLUE, facecolors=draw.SKY, alpha=0.8)
+        self.target = self._shapes("end of the segment", draw.BLACK, linestyles="dotted")
         known = "goal" if any(moment.goal is not None for moment in ride.moments) else "_"
-        self.goal = self._shapes(known, style.RED, linewidths=1.5, linestyles="dashed")
+        self.goal = self._shapes(known, draw.RED, linewidths=1.5, linestyles="dashed")
         self.driven, self.wheel, self.plan = axes.plot([], [], [], [], [], [])
-        self.driven.set(color=style.BLUE, linewidth=1.5, label="rear axle, driven")
-        self.wheel.set(color=style.BLACK, linewidth=2.5, solid_capstyle="butt")
-        self.plan.set(color=style.GREEN, linewidth=1.5, marker=".", markersize=4.0, label="predicted")
-        self.moving += [self.driven, self.wheel, self.plan]
+        self.driven.set(color=draw.BLUE, linewidth=1.5, label="rear axle, driven")
+        self.wheel.set(color=draw.BLACK, linewidth=2.5, solid_capstyle="butt")
+        self.plan.set(color=draw.GREEN, linewidth=1.5, marker=".", markersize=4.0, label="predicted")
         self.status = axes.text(0.5, 1.01, "", transform=axes.transAxes, ha="center", va="bottom")
-        self.moving.append(self.status)
+        self.moving += [self.driven, self.wheel, self.plan, self.status]
         axes.set_title(ride.title, pad=20.0)
-        plane(axes)
+        draw.plane(axes)
         show_ride(axes, ride)
         self._driven = np.array([moment.pose[:2] for moment in ride.moments])
 
-    def _lines(self, color: str, label: str, **look: Any) -> LineCollection:
-        lines = LineCollection([], colors=color, label=label, **{"linewidths": 1.2} | look)
+    def _lines(self, color: str, label: str) -> LineCollection:
+        lines = LineCollection([], colors=color, label=label, linewidths=1.2)
         self.axes.add_collection(lines, autolim=False)
         self.moving.append(lines)
         return lines
@@ -82,29 +83,31 @@ class Scene:
 
     def show(self, index: int) -> None:
         """Show the moment with this index."""
-        moment, vehicle = self.ride.moments[index], self.ride.config.vehicle
+        moment, vehicle, given = self.ride.moments[index], self.ride.config.vehicle, self.ride.corridor
         states, aim = moment.command.trajectory.states, moment.command.diagnostics.aim
-        self._show_route(moment)
-        self.obstacles.set_verts(drawn_outlines(moment.obstacles))
+        planned = None
+        if moment.corridor is not None and moment.corridor.area is not None:
+            planned = moment.route
+        self.route.set_segments([] if planned is None else draw.path_lines(planned))
+        if given is not None:  # on a planned route all its boundaries act
+            active = (moment.command.diagnostics.part,) if planned is None else None
+            self.walls.set_segments(draw.boundaries_of(given, active))
+        self.obstacles.set_verts(draw.widened(moment.obstacles))
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
-        target = np.array([[aim.x, aim.y, aim.phi]])
-        goal = np.zeros((0, 3)) if moment.goal is None else moment.goal[None]
-        shown = {self.plan_bodies: states[places], self.body: moment.pose[None]}
-        for shapes, poses in {**shown, self.target: target, self.goal: goal}.items():
+        for shapes, poses in (
+            (self.plan_bodies, states[places]),
+            (self.body, moment.pose[None]),
+            (self.target, np.array([[aim.x, aim.y, aim.phi]])),
+            (self.goal, np.zeros((0, 3)) if moment.goal is None else moment.goal[None]),
+        ):
             shapes.set_verts(list(body_polygons(poses, vehicle)))
         self.driven.set_data(*self._driven[: index + 1].T)
         self.plan.set_data(states[:, X], states[:, Y])
-        self.wheel.set_data(*_front_wheel(moment.pose, moment.state.delta, vehicle.wheelbase))
+        x, y, phi = moment.pose.tolist()
+        turned = phi + moment.state.delta
+        front = x + vehicle.wheelbase * np.cos(phi), y + vehicle.wheelbase * np.sin(phi)
+        self.wheel.set_data(front[0] + _WHEEL * np.cos(turned), front[1] + _WHEEL * np.sin(turned))
         self.status.set_text(status_line(moment))
-
-    def _show_route(self, moment: Moment) -> None:
-        """The route that was planned, and the boundaries that act: on a planned route all of them."""
-        given, area = self.ride.corridor, None if moment.corridor is None else moment.corridor.area
-        planned = None if area is None else moment.route
-        self.route.set_segments([] if planned is None else path_lines(planned))
-        if given is not None:
-            active = (moment.command.diagnostics.part,) if planned is None else range(len(given.walls))
-            self.walls.set_segments([line for part in active for side in given.lines(part) for line in side])
 
 
 def status_line(moment: Moment) -> str:
@@ -114,20 +117,11 @@ def status_line(moment: Moment) -> str:
     return f"{moment.time:.1f} s: {step}{command.status.value} ({command.source.value})"
 
 
-def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
-    """(2, 2) x and y of both ends of the bicycle's front wheel [m]."""
-    x, y, phi = pose.tolist()
-    centre = np.array([[x + wheelbase * np.cos(phi)], [y + wheelbase * np.sin(phi)]])
-    ahead = _WHEEL * np.array([[np.cos(phi + delta)], [np.sin(phi + delta)]])
-    ends: Array = centre + ahead * np.array([-1.0, 1.0])
-    return ends
-
-
 class WeightBars:
     """One bar for each effective weight, up to the `largest` of all that are shown."""
 
     def __init__(self, axes: Axes, largest: float) -> None:
-        names, colors = zip(*style.WEIGHTS, strict=True)
+        names, colors = zip(*draw.WEIGHTS, strict=True)
         self.moving = list(axes.barh(range(len(names)), [0.0] * len(names), color=colors, height=0.7).patches)
         # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
         axes.set_xscale("symlog", linthresh=1.0)
@@ -135,7 +129,7 @@ class WeightBars:
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_yticks(range(len(names)), names)
         axes.set_xlabel("effective weights")
-        axes.grid(axis="x", color=style.GREY, alpha=0.25, linewidth=0.5)
+        axes.grid(axis="x", color=draw.GREY, alpha=0.25, linewidth=0.5)
 
     def show(self, moment: Moment) -> None:
         """Show the weights of this cycle."""
@@ -163,3 +157,63 @@ class CameraView:
         self._image.set_alpha(float(place >= 0))
         self._image.set_data(self._picture(max(place, 0)))
         self._word.set_text("no picture yet" if place < 0 else "")
+
+
+class Viewer:
+    """Shows one moment of a ride at a time in an empty figure."""
+
+    def __init__(self, figure: Figure, ride: Ride) -> None:
+        self.ride, self.index, self._figure = ride, 0, figure
+        figure.set_size_inches(15.0, 8.5)
+        parts: Any = figure.subfigures(2, 1, height_ratios=(12, 1))  # its stub knows one subfigure
+        left, right = parts[0].subfigures(1, 2)
+        self.scene = Scene(left.subplots(), ride)
+        draw.legend_below(left)
+        charts = right.subplots(MOTION, 1, sharex=True)
+        strip_charts(charts, ride, {})
+        self.text = right.suptitle("", fontsize="medium")
+        self.cursors = [
+            axes.axvline(ride.moments[0].time, color=draw.BLACK, linewidth=1.0) for axes in charts
+        ]
+        times = np.unique([moment.time for moment in ride.moments])
+        place = parts[1].add_axes((0.1, 0.3, 0.75, 0.5))
+        last = max(times[-1], times[0] + 1e-3)
+        self.slider = Slider(place, "time", times[0], last, valinit=times[0], valstep=times, valfmt="%.2f s")
+        self.slider.on_changed(lambda time: self.show(ride.at(time)))
+        self.show(0)
+
+    def show(self, index: int) -> None:
+        """Show the moment with this index."""
+        self.index, moment = index, self.ride.moments[index]
+        self.scene.show(index)
+        for cursor in self.cursors:
+            cursor.set_xdata([moment.time, moment.time])
+        told = moment.command.diagnostics
+        line = f"cycle {index + 1} of {len(self.ride.moments)}, {told.step_ms:.1f} ms"
+        self.text.set_text(f"{line}\n{fill(told.reason, 80)}")
+        self._figure.canvas.draw_idle()
+
+
+def open_window() -> Figure:
+    """An empty window, which `watch` shows. Raises InputError where matplotlib can open none."""
+    # Not at the top: pyplot looks for a display when it is loaded.
+    import matplotlib.pyplot as plt
+
+    problem = f"matplotlib's backend is {plt.get_backend()}, which only writes files"
+    try:
+        figure = plt.figure(layout="constrained")
+        opens = figure.canvas.required_interactive_framework is not None
+    except Exception as error:  # each toolkit has its own type for a missing display
+        opens, problem = False, " ".join(str(error).split()) or type(error).__name__
+    if not opens:
+        raise InputError(f"watch opens a window, which needs a display: {problem}")
+    return figure
+
+
+def watch(figure: Figure, ride: Ride) -> Any:
+    """Show a ride in a window, and return when it is closed."""
+    import matplotlib.pyplot as plt
+
+    viewer = Viewer(figure, ride)
+    plt.show()
+    return viewer  # held until here: a slider that nobody holds does nothing

@@ -1,4 +1,4 @@
-"""The ride over time: motion, inputs, progress, the goal as detected, effective weights, computing time."""
+"""Strip charts: of a ride (motion, goal, weights, computing time), and of identified drive and steering."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, stds_in
 from rti_mpcc.planning.agenda import StepRecord
-from rti_mpcc.report import style
-from rti_mpcc.report.axes import BESIDE, entries_once, grid
-from rti_mpcc.report.ride import Ride
-from rti_mpcc.simulation.metrics import errors_to
+from rti_mpcc.recording.identify import Identified
+from rti_mpcc.report import draw
+from rti_mpcc.report.ride import Moment, Ride
+from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult
 
@@ -30,19 +30,20 @@ _SIGMAS = 3.0
 _UNITS = np.array([1.0, 1.0, 180.0 / np.pi])
 _ROOM, _TOLERANCES = 1.1, 1.5
 """A row of errors reaches this much farther than its curves, and this multiple of the goal tolerance."""
+_UNKNOWN: Array = np.full((3, 3), np.nan)
 _SHADES = {
-    GoalStatus.SEARCHING: (style.GREY, 0.3),
-    GoalStatus.TRACKING: (style.SKY, 0.1),
-    GoalStatus.COASTING: (style.ORANGE, 0.25),
-    GoalStatus.LOST: (style.PINK, 0.35),
+    GoalStatus.SEARCHING: (draw.GREY, 0.3),
+    GoalStatus.TRACKING: (draw.SKY, 0.1),
+    GoalStatus.COASTING: (draw.ORANGE, 0.25),
+    GoalStatus.LOST: (draw.PINK, 0.35),
 }
 _BANDED = 3
 """Number of the first rows that show the steps of a mission."""
 _OVER = {
-    MissionResult.SUCCEEDED: (style.GREEN, "step, succeeded"),
-    MissionResult.RUNNING: (style.GREY, "step, running"),
+    MissionResult.SUCCEEDED: (draw.GREEN, "step, succeeded"),
+    MissionResult.RUNNING: (draw.GREY, "step, running"),
 }
-_FAILED = (style.RED, "step, failed")
+_FAILED = (draw.RED, "step, failed")
 _PAD, _LINE_HEIGHT, _LETTER = 6.0, 12.0, 0.012
 """Distance of the title, height of a line of names [points]; width of a letter, in widths of the axes."""
 
@@ -67,39 +68,64 @@ def strip_charts(rows: Sequence[Axes], ride: Ride, summary: Mapping[str, Any]) -
     motion, limit = ride.motion, ride.config.limits.steering
     times = [moment.time for moment in ride.moments]
     commands = [moment.command.acceleration for moment in ride.moments]
-    rows[2].step(times, commands, where="post", **_thin(style.ORANGE, "commanded"))
+    rows[2].step(times, commands, where="post", **_thin(draw.ORANGE, "commanded"))
     label = "true" if np.isfinite(motion.goals).any() else "measured"
     names = ("v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]")
     curves = (motion.v, motion.delta, motion.acceleration, motion.theta)
     for axes, values, name in zip(rows, curves, names, strict=False):
         if np.isfinite(values).any():
-            axes.plot(motion.times, values, color=style.BLUE, label=label)
+            axes.plot(motion.times, values, color=draw.BLUE, label=label)
         axes.set_ylabel(name)
     for side in (limit, -limit):
-        rows[1].axhline(side, linestyle="dashdot", **_thin(style.GREY, "limit"))
+        rows[1].axhline(side, linestyle="dashdot", **_thin(draw.GREY, "limit"))
     _draw_routes(rows[3], ride)
-    if len(rows) > MOTION:
-        if ride.filtered:
-            _draw_goal(rows[MOTION:-2], ride)
-        _draw_control(rows[-2], rows[-1], ride)
-    goal = MOTION + len(GOAL_ROWS) if ride.filtered and len(rows) > MOTION else MOTION
-    for place, axes in enumerate(rows):
-        # The goal's rows have one legend; marks are named once, in the first legend.
-        same = rows[MOTION:goal] if MOTION <= place < goal else [axes]
-        entries = entries_once(same) if place not in range(MOTION + 1, goal) else ([], [])
-        if place < _BANDED:
-            draw_bands(axes, ride)
+    goal, control = rows[MOTION:-2], rows[MOTION:][-2:]
+    if len(control):
+        _draw_control(control[0], control[1], ride)
+    if len(goal):
+        _draw_goal(goal, ride)
+    # The goal's rows share a legend; the first one also names the bands and the marks of all.
+    for group in (*([axes] for axes in rows[1:MOTION]), goal, *([axes] for axes in control)):
+        if len(group):
+            group[0].legend(*draw.entries_once(group), fontsize="small", **draw.BESIDE)
+    for axes in rows[:_BANDED]:
+        draw_bands(axes, ride)
+    for axes in rows:
         for key, name, dashes in (
             ("time_to_tolerance_s", "inside tolerance", "dotted"),
             ("time_to_dock_s", "docked", "dashed"),
         ):
             if summary.get(key) is not None:
-                axes.axvline(summary[key], color=style.GREEN, linestyle=dashes, linewidth=1.2, label=name)
-        grid(axes)
-        axes.legend(*(entries if place else entries_once(same)), fontsize="small", **BESIDE)
+                axes.axvline(summary[key], color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name)
+        draw.grid(axes)
+    rows[0].legend(*draw.entries_once(rows[:1]), fontsize="small", **draw.BESIDE)
     rows[-1].set_xlabel("time [s]")
     start = float(motion.times[0])
     rows[-1].set_xlim(start, max(ride.end, start + 1e-3))
+
+
+def actuators_figure(title: str, found: Identified) -> Figure:
+    """One strip chart for drive and steering each, over the whole drive."""
+    figure = Figure(figsize=(9.0, 6.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    rows = (
+        (upper, found.speed, found.drive, "speed [m/s]"),
+        (lower, found.steering_angle, found.steering, "steering [rad]"),
+    )
+    for axes, drive, fit, label in rows:
+        axes.plot(drive.stamps, drive.measured, color=draw.BLACK, label="measured")
+        axes.plot(drive.stamps, drive.setpoints, color=draw.SKY, linewidth=1.0, label="set-point")
+        if fit is not None:
+            share = fit.rms / max(float(np.ptp(drive.measured)), 1e-9)
+            times = f"dead time {fit.dead_time:.3f} s, lag {fit.lag:.3f} s"
+            told = f"fit: {times}; residual (rms) {100.0 * share:.1f} % of the range"
+            axes.plot(drive.stamps, fit.predicted, color=draw.RED, linestyle="--", label=told)
+        axes.set_ylabel(label)
+        draw.grid(axes)
+        axes.legend(loc="best", fontsize="small")
+    lower.set_xlabel("time [s]")
+    upper.set_title(title, parse_math=False)
+    return figure
 
 
 def _thin(color: str, label: str) -> dict[str, Any]:
@@ -110,15 +136,15 @@ def _draw_routes(axes: Axes, ride: Ride) -> None:
     borders = [*(start for start, _ in ride.routes[1:]), ride.end]
     for (start, route), end in zip(ride.routes, borders, strict=False):
         for at in route.cusps:
-            axes.plot((start, end), (at, at), linestyle="dashdot", **_thin(style.RED, "cusp"))
+            axes.plot((start, end), (at, at), linestyle="dashdot", **_thin(draw.RED, "cusp"))
     for start in borders[:-1]:
-        axes.axvline(start, color=style.PINK, linestyle="dotted", linewidth=1.2, label="replanned")
+        axes.axvline(start, color=draw.PINK, linestyle="dotted", linewidth=1.2, label="replanned")
 
 
 def _draw_control(weights: Axes, computing: Axes, ride: Ride) -> None:
     times = [moment.time for moment in ride.moments]
     values = np.array([moment.weights for moment in ride.moments])
-    for (name, color), each in zip(style.WEIGHTS, values.T, strict=True):
+    for (name, color), each in zip(draw.WEIGHTS, values.T, strict=True):
         weights.step(times, each, where="post", color=color, label=name)
     # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
     weights.set_yscale("symlog", linthresh=1.0)
@@ -127,9 +153,9 @@ def _draw_control(weights: Axes, computing: Axes, ride: Ride) -> None:
     # Logarithmic: a new segment or objective takes several QPs and would hide the common cycle.
     computing.set_yscale("log")
     for name, color, label in (
-        ("step_ms", style.GREY, "whole cycle"),
-        ("feedback_ms", style.ORANGE, "feedback phase"),
-        ("solve_ms", style.BLUE, "solver"),
+        ("step_ms", draw.GREY, "whole cycle"),
+        ("feedback_ms", draw.ORANGE, "feedback phase"),
+        ("solve_ms", draw.BLUE, "solver"),
     ):
         spent = np.array([getattr(moment.command.diagnostics, name) for moment in ride.moments])
         computing.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
@@ -139,8 +165,13 @@ def _draw_control(weights: Axes, computing: Axes, ride: Ride) -> None:
 def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     """Setpoint, estimate and detections of the goal against the true one, in its frame."""
     times, tolerance = [moment.time for moment in ride.moments], np.array(ride.config.goal_tolerance) * _UNITS
-    goals, setpoints, estimates, covariances, statuses = ride.goals_known()
-    estimate, setpoint = errors_to(goals, estimates) * _UNITS, errors_to(goals, setpoints) * _UNITS
+    found = [moment.command.diagnostics.goal for moment in ride.moments]
+    goals = np.array([_UNKNOWN[0] if moment.goal is None else moment.goal for moment in ride.moments])
+    covariances = np.array(
+        [_UNKNOWN if one is None or one.covariance is None else one.covariance for one in found]
+    )
+    estimate = errors_to(goals, goal_estimates(found)) * _UNITS
+    setpoint = errors_to(goals, np.array([_setpoint(moment) for moment in ride.moments])) * _UNITS
     half = _SIGMAS * stds_in(goals, covariances) * _UNITS
     told = [(each, each.pose) for each in ride.detections if each.pose is not None]
     stamps = np.array([each.stamp for each, _ in told])
@@ -153,19 +184,26 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     largest = np.max(np.abs(np.nan_to_num(shown)), axis=0)
     reach = np.minimum(_ROOM * np.maximum(largest, _TOLERANCES * tolerance), FARTHEST)
     for column, axes in enumerate(rows):
-        _draw_status(axes, times, ride.end, statuses)
+        _draw_status(axes, times, ride.end, [None if one is None else one.status for one in found])
         low, high = estimate[:, column] - half[:, column], estimate[:, column] + half[:, column]
-        band: dict[str, Any] = {"color": style.BLUE, "alpha": 0.4, "linewidth": 0.0}
+        band: dict[str, Any] = {"color": draw.BLUE, "alpha": 0.4, "linewidth": 0.0}
         axes.fill_between(times, low, high, label=f"± {_SIGMAS:g} sigma", **band)
-        axes.plot(times, setpoint[:, column], **_thin(style.BLACK, "goal setpoint"))
-        axes.plot(times, estimate[:, column], color=style.BLUE, linewidth=1.2, label="estimate")
+        axes.plot(times, setpoint[:, column], **_thin(draw.BLACK, "goal setpoint"))
+        axes.plot(times, estimate[:, column], color=draw.BLUE, linewidth=1.2, label="estimate")
         for side in (-1.0, 1.0):
             limit = side * tolerance[column]
-            axes.axhline(limit, linestyle="dashdot", **_thin(style.GREY, "goal tolerance"))
+            axes.axhline(limit, linestyle="dashdot", **_thin(draw.GREY, "goal tolerance"))
         edge = float(reach[column])
         _draw_detections(axes, stamps, detections[:, column], accepted, edge)
         axes.set_ylim(-edge, edge)
         axes.set_ylabel(GOAL_ROWS[column])
+
+
+def _setpoint(moment: Moment) -> Array:
+    """(3,) of the goal; it is known on the last segment of a route alone."""
+    told = moment.command.diagnostics
+    known = moment.route is not None and told.part == len(moment.route.parts) - 1
+    return np.array([told.aim.x, told.aim.y, told.aim.phi]) if known else np.full(3, np.nan)
 
 
 def _draw_detections(
@@ -175,8 +213,8 @@ def _draw_detections(
     beyond = np.abs(values) > edge
     places = np.where(beyond, np.clip(values, -0.95 * edge, 0.95 * edge), values)
     for kind, name, color, marker in (
-        (accepted, "accepted", style.GREEN, "."),
-        (~accepted, "rejected", style.RED, "x"),
+        (accepted, "accepted", draw.GREEN, "."),
+        (~accepted, "rejected", draw.RED, "x"),
     ):
         for own, label, symbol in (
             (kind & ~beyond, name, marker),
@@ -204,9 +242,9 @@ def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None
         color, label = _OVER.get(step.result, _FAILED)
         start, end = _span(step, ride.end)
         axes.axvspan(start, end, facecolor=color, edgecolor=color, alpha=0.12, linewidth=0.8, label=label)
-        axes.axvline(start, color=style.GREY, linewidth=0.6)
+        axes.axvline(start, color=draw.GREY, linewidth=0.6)
         if step.kind == "wait" and step.end is not None:
-            axes.axvline(end, color=style.ORANGE, linestyle="dashed", linewidth=1.2, label=waited)
+            axes.axvline(end, color=draw.ORANGE, linestyle="dashed", linewidth=1.2, label=waited)
 
 
 def name_bands(axes: Axes, ride: Ride) -> float:

@@ -20,7 +20,7 @@ from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
-from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spells
+from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spells, turning_points
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")  # figures of `summary` that differ from run to run

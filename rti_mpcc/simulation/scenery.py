@@ -10,10 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
-from geometry.clearance import Segments, clearance
 
-from geometry import Area, Corridor, PathPart, Pose2, ReferencePath
-from geometry.outline import outline_at, shape_of
+from geometry import Corridor, PathPart, Pose2, ReferencePath
+from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
@@ -131,24 +130,3 @@ def touches(pose: Pose2, vehicle: Vehicle, body: Array | None) -> bool:
         return False
     own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
     return bool(own.distance(shapely.Polygon(body)) <= _TOUCHING)
-
-
-def area_clearance(area: Area, poses: Array, vehicle: Vehicle) -> Array:
-    """Signed clearance (n,) [m] of the body at poses (n, 3) to all that is solid; +inf where nothing is.
-
-    Where something is crossed: minus the deepest penetration.
-    """
-    outline = area.boundary
-    rings = [*([] if outline is None else [outline]), *area.obstacles]
-    origin = np.round(rings[0][0]) if rings else np.zeros(2)  # maps may be far from (0, 0)
-    walls = Segments.of([] if outline is None else [np.concatenate((outline, outline[:1])) - origin])
-    things = np.array([shape_of(ring - origin) for ring in area.obstacles], dtype=np.object_)
-    tree, local = shapely.STRtree(things), poses - np.array([*origin, 0.0])
-    found = [np.zeros(0)]
-    for begin in range(0, len(local), _SLICE):
-        bodies = body_polygons(local[begin : begin + _SLICE], vehicle)
-        shapes = shapely.polygons(bodies)
-        met = tree.query(shapes, predicate="intersects")[1]
-        near = np.union1d(tree.query_nearest(shapes)[1], met).astype(np.int64)
-        found.append(clearance(walls, things[near], bodies))
-    return np.concatenate(found)

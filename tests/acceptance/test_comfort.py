@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from benchmarks.reproduction.claims import claims
-from benchmarks.reproduction.comfort_picture import SHORTEST
+from benchmarks.reproduction.comfort import SHORTEST
 from benchmarks.reproduction.published import published_run
 from benchmarks.reproduction.runs import DOCKING, METHODS, comfort_cases
+from benchmarks.reproduction.verdicts import claims
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import Case, drive
 

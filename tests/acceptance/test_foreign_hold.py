@@ -1,4 +1,4 @@
-"""Random foreign vehicles stay where they docked (`benchmarks.foreign_hold`)."""
+"""Random foreign vehicles stay where they docked (`tests.rti_mpcc.hold_draws`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.foreign_hold import draws, stay_of
+from tests.rti_mpcc.hold_draws import draws, stay_of
 
 SEED = 47_311
 BATCHES, SIZE = 30, 10

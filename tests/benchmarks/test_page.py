@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.reproduction.content import Picture, Section, Table, found, say
-from benchmarks.reproduction.page import html_page
+from benchmarks.reproduction.report import html_page
 from tests.rti_mpcc.report.pages import parsed
 
 

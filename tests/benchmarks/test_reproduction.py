@@ -9,18 +9,17 @@ import pytest
 from matplotlib.figure import Figure
 
 from benchmarks.reproduction import causes
-from benchmarks.reproduction.claims import claims, missed_causes
 from benchmarks.reproduction.comfort import aims, aims_told
 from benchmarks.reproduction.content import Section, found, say
 from benchmarks.reproduction.docking import verdicts
 from benchmarks.reproduction.docking_pictures import HIGHEST, cut_peaks
 from benchmarks.reproduction.exactness import error_at, nearest_error, track_smoothness
 from benchmarks.reproduction.frenet_picture import frenet_figure, marked_stage, paired
-from benchmarks.reproduction.in_short import counted
 from benchmarks.reproduction.published import Track, published_track
+from benchmarks.reproduction.report import counted
 from benchmarks.reproduction.runs import Runs, experiment_cases
 from benchmarks.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
-from benchmarks.reproduction.verdicts import MISSED
+from benchmarks.reproduction.verdicts import MISSED, claims, missed_causes
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError

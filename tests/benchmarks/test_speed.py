@@ -7,8 +7,8 @@ import pytest
 from scipy import sparse
 
 from benchmarks.ledger import KINDS, compared, kind_of, solved_by_osqp, solved_by_piqp
-from benchmarks.rounds import COLUMNS, Rounds
 from benchmarks.sweeps import POINTS, denser, middle, sparse_corridor, winding, with_points
+from benchmarks.workload import COLUMNS, Rounds
 from benchmarks.yardstick import EQUALITIES, Problem, fixed_set, quiet
 
 

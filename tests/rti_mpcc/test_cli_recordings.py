@@ -186,8 +186,8 @@ def test_a_camera_that_can_take_no_picture_is_refused_before_the_run(
 def rides(monkeypatch: pytest.MonkeyPatch) -> list[Ride]:
     """What is watched in this process, as if a window could be opened."""
     shown: list[Ride] = []
-    monkeypatch.setattr("rti_mpcc.report.viewer.open_window", lambda: None)
-    monkeypatch.setattr("rti_mpcc.report.viewer.watch", lambda window, ride: shown.append(ride))
+    monkeypatch.setattr("rti_mpcc.report.scene.open_window", lambda: None)
+    monkeypatch.setattr("rti_mpcc.report.scene.watch", lambda window, ride: shown.append(ride))
     return shown
 
 

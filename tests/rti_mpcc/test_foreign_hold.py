@@ -11,7 +11,6 @@ import pytest
 import shapely
 
 from benchmarks.foreign import Car, Event, drive
-from benchmarks.foreign_hold import GOAL, Draw, stay_of
 from rti_mpcc import (
     Area,
     ControllerConfig,
@@ -22,6 +21,7 @@ from rti_mpcc import (
     Status,
     Vehicle,
 )
+from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
 UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}

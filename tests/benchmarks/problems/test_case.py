@@ -17,8 +17,7 @@ from benchmarks.problems.case import (
 )
 from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level
-from benchmarks.problems.scene_scenario import scenario_of
-from benchmarks.problems.scenes import drawn_scene
+from benchmarks.problems.scenes import drawn_scene, scenario_of
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import changed, load_scenario, scenario_from_dict
 from rti_mpcc.simulation.campaign import MOST

@@ -10,8 +10,7 @@ import pytest
 from benchmarks.problems import levels
 from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level, at_level
-from benchmarks.problems.scene_scenario import scenario_of
-from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene
+from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene, scenario_of
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
 from rti_mpcc.simulation.sections.goal import MeasurementSection

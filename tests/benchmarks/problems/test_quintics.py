@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.problems.quintics import driven, quintics
+from benchmarks.problems.passages import driven, quintics
 from geometry import wrap
 from rti_mpcc.types import Array
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.problems.scene_scenario import DEAD_TIME, DURATION, kind_of, scenario_of
-from benchmarks.problems.scenes import drawn_scene
+from benchmarks.problems.scenes import DEAD_TIME, DURATION, drawn_scene, kind_of, scenario_of
 
 
 @pytest.mark.parametrize("number", range(5))

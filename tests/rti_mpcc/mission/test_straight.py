@@ -75,14 +75,14 @@ def test_an_error_can_be_mended_where_a_bicycle_can_drive_into_the_tolerance(way
         sides = [np.interp(headings, ends[:, 1], ends[:, 0]) for ends in (left, right)]
         some = (np.minimum(*sides) <= lateral) & (np.maximum(*sides) >= -lateral)
         reached.append(headings[0] <= headings[-1] and bool(some.any()))
-        found.append(is_correctable(error, way, curvature, (lateral, heading), MANY))
+        found.append(is_correctable(error, way, curvature, (lateral, heading)))
     assert np.sum(np.array(found) != np.array(reached)) <= 2  # at the very edge
     assert 5 < sum(found) < 200
 
 
 def test_a_heading_error_beyond_what_can_be_turned_is_not_mended() -> None:
-    assert not is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.01, (10.0, 0.1), MANY)
-    assert is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.11, (10.0, 0.1), MANY)
+    assert not is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.01, (10.0, 0.1))
+    assert is_correctable(Pose2(0.0, 0.0, 0.2), 1.0, 0.11, (10.0, 0.1))
 
 
 # -- what is ordered -----------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
-from rti_mpcc.report import style
+from rti_mpcc.report import draw
 from rti_mpcc.report.animation import HELD, RATE, Stage, animation_file, picture_times, write_animation
 from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.scene import status_line
@@ -53,7 +53,7 @@ def test_gif_has_a_picture_for_each_tenth_of_a_second_in_the_colours_of_the_othe
         assert picture.info["duration"] == HELD * 1000 / RATE
         last = np.asarray(picture.convert("RGB"))
     assert (last[:, 0] == 255).all()  # the paper is white
-    for color in (style.BLUE, style.RED, style.GREEN, style.ORANGE, style.GREY, style.BLACK):
+    for color in (draw.BLUE, draw.RED, draw.GREEN, draw.ORANGE, draw.GREY, draw.BLACK):
         wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
         assert np.abs(last.astype(int) - wanted).max(axis=2).min() <= 3
 

@@ -17,7 +17,7 @@ from matplotlib.text import Annotation
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.report.docks_figure import docks_figure
+from rti_mpcc.report.plan import docks_figure
 from rti_mpcc.simulation import read_docks
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
 

@@ -16,7 +16,7 @@ from PIL import Image
 from estimation import GoalStatus
 from geometry import Pose2, ReferencePath
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.report.axes import save
+from rti_mpcc.report import draw
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import Ride, ride_of_run
 from rti_mpcc.report.timeline import GOAL_ROWS, timeline_figure
@@ -127,7 +127,7 @@ def test_nothing_of_the_written_pictures_is_cut_off(
     shown = ride if which == "run" else mission[1]
     for figure in (overview_figure(shown), timeline_figure(shown, {"time_to_dock_s": 1.0})):
         stream = BytesIO()
-        save(figure, stream)
+        draw.save(figure, stream)
         picture = np.asarray(Image.open(stream).convert("L"))
         for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
             assert edge.min() == 255
@@ -149,7 +149,8 @@ def test_goal_rows_are_there_where_a_filter_was_in_use(detected: tuple[RunResult
         patch.get_extents().transformed(figure.axes[5].transData.inverted())
         for patch in figure.axes[5].patches
     ]
-    statuses = ride.goals_known()[-1]
+    goals = [moment.command.diagnostics.goal for moment in ride.moments]
+    statuses = [goal and goal.status for goal in goals]
     starts = [ride.moments[statuses.index(status)].time for status in GoalStatus]
     assert [span.x0 for span in spans] == pytest.approx(starts, abs=1e-6)
     assert [span.x1 for span in spans] == pytest.approx([*starts[1:], ride.end], abs=1e-6)

@@ -17,7 +17,7 @@ from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.report.axes import save
+from rti_mpcc.report import draw
 from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 
@@ -131,7 +131,7 @@ FAR = Pose2(7_008_600_719.0, -8_722_360_256.0, 0.5)
 def test_nothing_is_cut_off(area: Area, path: ReferencePath, found: bool) -> None:
     manoeuvre = manoeuvre_along(path) if found else no_manoeuvre(path.start, path.end)
     stream = BytesIO()
-    save(plan_figure("a_rather_long_name_of_a_scenario", area, manoeuvre, CONFIG), stream)
+    draw.save(plan_figure("a_rather_long_name_of_a_scenario", area, manoeuvre, CONFIG), stream)
     picture = np.asarray(Image.open(stream).convert("L"))
     for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
         assert edge.min() == 255

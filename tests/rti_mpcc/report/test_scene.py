@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.scene import Scene, status_line
-from rti_mpcc.report.viewer import Viewer
+from rti_mpcc.report.scene import Scene, Viewer, status_line
 from rti_mpcc.simulation import changed, load_scenario
 from tests.rti_mpcc.report.conftest import driven
 

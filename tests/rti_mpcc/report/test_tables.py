@@ -14,9 +14,16 @@ from rich.console import Console
 from rich.table import Table
 
 from rti_mpcc.report.files import write_files
-from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import compared, comparison_tables, failure_lines, mission_rows, summary_table
+from rti_mpcc.report.text import (
+    compared,
+    comparison_tables,
+    failure_lines,
+    mission_rows,
+    number,
+    percent,
+    summary_table,
+)
 from rti_mpcc.simulation import RunResult
 
 
@@ -138,7 +145,7 @@ def test_ratios_are_to_the_first_run_of_the_same_scenario() -> None:
 
 
 def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
-    first, second = comparison_tables(RUNS)
+    first, second = comparison_tables(compared(RUNS))
     assert (first.title, second.title) == ("inside", "behind")
     heads = ["", "dynamic\n(paper)", "separated\n(paper)", "unit"]
     assert [column.header for column in first.columns] == heads
@@ -152,13 +159,12 @@ def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
         "time to dock, ratio": ["–", "–", ""],
     }.items():
         assert rows[name] == cells
-    (alone,) = comparison_tables(RUNS[:1])
+    (alone,) = comparison_tables(compared(RUNS[:1]))
     assert not [name for name in shown(alone) if name.endswith(", ratio")]
 
 
 def test_numbers_have_no_sign_of_zero_and_only_all_is_all() -> None:
     cases = [(-0.04, 1, "0.0"), (-0.06, 1, "−0.1"), (None, 2, "–"), (float("nan"), 2, "–"), (0.0, 0, "0")]
     assert [number(value, digits) for value, digits, _ in cases] == [told for *_, told in cases]
-    assert [counted(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
     shares = {0.0: "0.00 %", 1e-6: "0.01 %", 0.5: "50.00 %", 0.999999: "99.99 %", 1.0: "100.00 %"}
     assert [percent(share) for share in shares] == list(shares.values())

@@ -1,7 +1,5 @@
 """Does a foreign vehicle stay where it docked? Random vehicles on the README's path, in their own size.
 
-    python -m benchmarks.foreign_hold --count 30 --seed 1   # one line a draw, then the sums
-
 After the first DOCKED a ride goes on for 60 s: the true pose must stay inside the tolerance, and move by no
 more than a third of it.
 """
@@ -16,7 +14,6 @@ import numpy as np
 
 from benchmarks.foreign import Car, Ride, drive
 from benchmarks.foreign_sensors import Faulty, dead_band
-from benchmarks.tables import command_line
 from rti_mpcc import (
     ControllerConfig,
     Corridor,
@@ -24,7 +21,6 @@ from rti_mpcc import (
     Pose2,
     ReferencePath,
     Vehicle,
-    prepare_process,
 )
 
 AFTER = 60.0  # [s] after DOCKED
@@ -143,28 +139,3 @@ def stay_of(draw: Draw, ride: Ride) -> Stay:
         worst=float(shares.max()),
         lost=sum(not command.docked for at, command in said if at >= docked),
     )
-
-
-def main() -> None:
-    """Drive draws, a line each."""
-    parser = command_line(__doc__, "python -m benchmarks.foreign_hold")
-    parser.add_argument("--count", type=int, default=30, help="number of draws")
-    parser.add_argument("--seed", type=int, default=1, help="random seed of the draws")
-    asked = parser.parse_args()
-    prepare_process()
-    stays = []
-    for index, draw in enumerate(draws(asked.count, asked.seed)):
-        stay = stay_of(draw, draw.drive())
-        stays.append(stay)
-        print(index, "good" if stay.good else "BAD", stay, draw, flush=True)
-    docked = [each for each in stays if each.docked_at is not None]
-    print(
-        f"{len(docked)} of {len(stays)} docked; "
-        f"{sum(each.worst > 1.0 for each in docked)} left the tolerance, "
-        f"{sum(each.share > LARGEST_SHARE for each in docked)} moved by more than a third of it, "
-        f"{sum(each.lost > 0 for each in docked)} were not docked any more at some time"
-    )
-
-
-if __name__ == "__main__":
-    main()

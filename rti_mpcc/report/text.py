@@ -1,28 +1,34 @@
-"""Tables and lines for a terminal: runs, a planned route, docks, a replay."""
+"""Numbers, tables and lines that people read, and a command's output on the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import logging
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from math import degrees
+from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
+from rich.console import Console
 from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Column, Table
 
 from rti_mpcc.recording import ReplayReport
-from rti_mpcc.report.numbers import figure, in_words, number
 from rti_mpcc.simulation.docks_file import Docks
 from rti_mpcc.types import MissionResult
 
+Advance = Callable[[float, float], None]
+"""Called with the work done and all of it."""
 SHOWN, LONGEST = 12, 200
 """Largest number of fields of a replay's difference that are shown, and of characters of a value."""
 Row = tuple[str, str, str]
 """Name, value, unit."""
 Figures = dict[str, Any]
 _DIRECTIONS = {1: "forward", -1: "in reverse"}
-_TITLE = ("scenario", "method", "preset")
-_APART = (*_TITLE, "mission", "comfort", "energy_to_dock")
+_APART = ("scenario", "method", "preset", "mission", "comfort", "energy_to_dock")
 """Figures of a run that have no row of their own in the table."""
 _ENDINGS = {"_s": ("s", 1.0, 2), "_m": ("m", 1.0, 3), "_rad": ("rad", 1.0, 3), "seconds": ("s", 1.0, 3)}
 _ERRORS = {"_m": ("mm", 1e3, 1), "_rad": ("deg", degrees(1.0), 2)}
@@ -37,16 +43,92 @@ _UNITS = {
 }
 _SQUARED = {"steering_rate": "rad²/s", "acceleration": "m²/s³", "lateral_acceleration": "m²/s³"}
 
+RATIOS = (
+    "time_to_tolerance_s",
+    "time_to_dock_s",
+    "energy.steering_rate",
+    "energy.acceleration",
+    "energy.lateral_acceleration",
+    "cycle_ms.p50",
+)
+"""Figures with a ratio of each run to the first one of its scenario."""
+_COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
+"""Figures of several runs side by side: those of the paper's Tables II and III, and some more."""
+
+
+def number(value: float | None, digits: int) -> str:
+    """A number for a table; what was never reached is a dash, what rounds to zero has no sign."""
+    return "–" if value is None or value != value else f"{value:z.{digits}f}".replace("-", "−")
+
+
+def percent(share: float) -> str:
+    """A share in percent; nothing but the whole is rounded to 100 %, nothing but none to 0."""
+    told = number(100.0 * share, 2)
+    if share < 1.0 and told == "100.00":
+        return "99.99 %"
+    return "0.01 %" if share > 0.0 and told == "0.00" else f"{told} %"
+
+
+def in_words(name: str) -> str:
+    """A name of the program for people."""
+    return name.replace("_", " ")
+
+
+@contextmanager
+def progress_bar(name: str, done: str) -> Iterator[Advance | None]:
+    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda completed, total: bar.update(task, completed=completed, total=total)
+
+
+def tell_tables(tables: Sequence[Table]) -> None:
+    """Print tables. Piped into a file they are 120 columns wide: the usual guess of 80 would cut them."""
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    for table in tables:
+        console.print(table)
+
+
+def tell_lines(lines: Sequence[str]) -> None:
+    """Print sentences as they are; what is code in a page has no backticks here."""
+    for line in lines:
+        Console(highlight=False).print(line.replace("`", ""), markup=False, soft_wrap=True)
+
+
+def tell_written(files: Sequence[Path]) -> None:
+    """Print which files were written."""
+    tell_lines([f"written: {', '.join(map(str, files))}"])
+
+
+@contextmanager
+def warnings_on_stderr(program: str) -> Iterator[None]:
+    """Show the package's log from warnings up while a command runs."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(logging.Formatter(f"{program}: warning: %(message)s"))
+    # The controller tells again what the check of the file has told with the file's name.
+    handler.addFilter(lambda record: record.name != "rti_mpcc.planning.surroundings")
+    logger = logging.getLogger("rti_mpcc")
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
 
 def summary_table(summary: Mapping[str, Any]) -> Table:
     """The figures of `simulation.summary`, each with its unit."""
     comfort, hard = summary["comfort"], summary["hard_braking"]
     figures = {name: value for name, value in summary.items() if name not in _APART}
     figures["hard_braking"] = ", ".join(f"{count} {reason}" for reason, count in hard.items()) or "none"
-    figures["peak / comfort"] = {
-        name: _against(value, comfort[name]) for name, value in figures.pop("peak").items()
-    }
-    title = "{}, method {}, preset {}".format(*(summary[name] for name in _TITLE))
+    peaks = figures.pop("peak").items()
+    figures["peak / comfort"] = {name: _against(value, comfort[name]) for name, value in peaks}
+    title = "{scenario}, method {method}, preset {preset}".format_map(summary)
     return _table(title, [*figure_rows(figures), *mission_rows(summary.get("mission"))])
 
 
@@ -57,10 +139,9 @@ def plan_table(name: str, figures: Mapping[str, Any]) -> Table:
 
 def docks_table(name: str, docks: Docks) -> Table:
     """Docks, one a row: kind, pose, approach, tolerance, contact move."""
-    table = Table(title=escape(name))
-    heads = "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
-    table.add_column("dock", overflow="fold")  # a long name takes nothing from the other columns
-    for head in heads:
+    # A long name is folded: it takes nothing from the other columns.
+    table = Table(Column("dock", overflow="fold"), title=escape(name))
+    for head in ("kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"):
         table.add_column(escape(head), no_wrap=True)
     for dock in docks.docks.values():
         pose, approach, contact, most = dock.pose, dock.approach, dock.contact, dock.tolerance
@@ -92,9 +173,8 @@ def figure_rows(figures: Mapping[str, Any], above: str = "") -> Iterator[Row]:
             counted = "" if key.endswith("_ms") else "iterations "
             told = " / ".join(number(each, 1) for each in spread.values())
             yield f"{key.removesuffix('_ms')} {counted}{heads}", told, "" if counted else "ms"
-        yield from figure_rows(
-            {name: each for name, each in value.items() if name not in spread}, f"{above} {key}"
-        )
+        others = {name: each for name, each in value.items() if name not in spread}
+        yield from figure_rows(others, f"{above} {key}")
 
 
 def _row(key: str, value: Any, above: str) -> Row:
@@ -155,17 +235,12 @@ def replay_lines(report: ReplayReport) -> list[str]:
     return [*lines, compared]
 
 
-RATIOS = (
-    "time_to_tolerance_s",
-    "time_to_dock_s",
-    "energy.steering_rate",
-    "energy.acceleration",
-    "energy.lateral_acceleration",
-    "cycle_ms.p50",
-)
-"""Figures with a ratio of each run to the first one of its scenario."""
-_COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
-"""Figures of several runs side by side: those of the paper's Tables II and III, and some more."""
+def figure(figures: Mapping[str, Any], path: str) -> float | None:
+    """The figure at a path in a summary, such as "energy.acceleration"; None where there is none."""
+    found: Any = figures
+    for name in path.split("."):
+        found = (found or {}).get(name)
+    return None if found is None else float(found)
 
 
 def compared(runs: Sequence[Figures]) -> list[Figures]:
@@ -174,19 +249,19 @@ def compared(runs: Sequence[Figures]) -> list[Figures]:
     found = []
     for run in runs:
         base = first.setdefault(run["scenario"], run)
-        pairs = {path: (figure(run, path), figure(base, path)) for path in RATIOS}
-        ratios = {
-            path: one / other if one is not None and other else None for path, (one, other) in pairs.items()
-        }
+        ratios: dict[str, float | None] = {}
+        for path in RATIOS:
+            one, other = figure(run, path), figure(base, path)
+            ratios[path] = one / other if one is not None and other else None
         found.append({**run, "ratios": ratios})
     return found
 
 
 def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
-    """For each scenario its figures, and their ratios to its first run; a column a run."""
+    """For each scenario the figures of `compared` runs and their ratios to its first run; a column a run."""
     tables = []
     for scenario in dict.fromkeys(run["scenario"] for run in runs):
-        own = [run for run in compared(runs) if run["scenario"] == scenario]
+        own = [run for run in runs if run["scenario"] == scenario]
         table = Table("", *(run_label(run).replace(" ", "\n") for run in own), "unit", title=scenario)
         for column in table.columns[1:-1]:
             column.justify, column.overflow = "right", "fold"
@@ -221,10 +296,8 @@ def _against(peak: float, comfort: float) -> str:
 
 
 def _table(title: str, rows: Iterable[Row]) -> Table:
-    columns = Column(), Column("value", justify="right"), Column("unit")
-    for column in columns:
-        column.no_wrap = True
-    table = Table(*columns, title=title)
+    value = Column("value", justify="right", no_wrap=True)
+    table = Table(Column(no_wrap=True), value, Column("unit", no_wrap=True), title=title)
     for row in rows:
         table.add_row(*row)
     return table
