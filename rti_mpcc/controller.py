@@ -94,8 +94,7 @@ class RtiMpcc:
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
         self._linearisation: Linearisation | None = None
-        rows, columns = self._pattern.shape
-        self._guess = (np.zeros(columns), np.zeros(rows))
+        self._guess = (np.zeros_like(self._values.gradient), np.zeros_like(self._values.lower))
 
     @door()
     def set_goal(self, goal: Pose2 | None) -> None:
@@ -320,12 +319,11 @@ class RtiMpcc:
     def _first_iterate(self, change: Array) -> tuple[Array, Array]:
         """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
         pattern = self._pattern
-        rows, columns = pattern.shape
-        primal, dual = np.zeros(columns), np.zeros(rows)
+        primal, dual = np.zeros_like(self._values.gradient), np.zeros_like(self._values.lower)
         primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
             primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
-            if len(self._last.dual) == rows:
+            if len(self._last.dual) == len(dual):
                 dual = self._last.dual * self._values.row_scaling
         return primal, dual
 

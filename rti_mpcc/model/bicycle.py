@@ -56,10 +56,10 @@ def _change(
 
 @kernel
 def step_one(
-    x: float, y: float, phi: float, v: float, delta: float, theta: float,
     a: float, rate: float, progress: float, h: float, wheelbase: float,
+    x: float, y: float, phi: float, v: float, delta: float, theta: float,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """The state that one state and control lead to after h [s], in plain floats."""
+    """The state to which a control leads after h [s] from the one given, in plain floats."""
     dx, dy, turn = _change(phi, v, delta, a, rate, h, wheelbase)
     return x + dx, y + dy, phi + turn, v + h * a, delta + h * rate, theta + h * progress
 

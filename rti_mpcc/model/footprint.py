@@ -63,14 +63,9 @@ def body_polygons(states: Array, vehicle: Vehicle) -> Array:
 
     Four, from the right rear one on, or those of its outline.
     """
-    along, across = _corners(vehicle).T
+    corners = box_of(vehicle).corners if vehicle.outline is None else np.array(vehicle.outline)
+    along, across = corners.T
     c, s = np.cos(states[:, PHI, None]), np.sin(states[:, PHI, None])
     x = states[:, X, None] + c * along - s * across
     y = states[:, Y, None] + s * along + c * across
     return np.stack([x, y], axis=-1)
-
-
-def _corners(vehicle: Vehicle) -> Array:
-    if vehicle.outline is not None:
-        return np.array(vehicle.outline)
-    return box_of(vehicle).corners

@@ -168,18 +168,15 @@ class ArrivalAtRest(HorizonObjective):
         return arrival_weights(config.weights, target, lengths, config.arrival_comfort)
 
 
-def contouring_weights(
-    weights: Weights, lengths: Array, cruise_speed: float, effort: float | None = None
-) -> StageWeights:
+def contouring_weights(weights: Weights, lengths: Array, cruise_speed: float, effort: float) -> StageWeights:
     """Contouring far from the path's end, paper Eq. 5.
 
     Args:
         lengths: (N,) of the stages [s].
         cruise_speed: where the progress reward has its best if the weights leave virtual_speed open [m/s].
-        effort: on the squared acceleration; None: that of `weights`.
+        effort: weight on the squared acceleration, in place of that of `weights`.
     """
     share, reward = stage_share(lengths), weights.progress_reward
-    effort = weights.acceleration if effort is None else effort
     open_weight = reward / (2.0 * cruise_speed)
     virtual_speed = open_weight if weights.virtual_speed is None else weights.virtual_speed
     return StageWeights(
@@ -198,13 +195,13 @@ def contouring_weights(
 
 
 def arrival_weights(
-    weights: Weights, target: Target, lengths: Array, comfort: tuple[float, float, float] | None = None
+    weights: Weights, target: Target, lengths: Array, comfort: tuple[float, float, float]
 ) -> StageWeights:
     """One planned arrival at rest at the target at the horizon's end: (W5), docs/method.md.
 
     Args:
         lengths: (N,) of the stages [s].
-        comfort: weights on what goes beyond it; None: those of `weights`.
+        comfort: weights on what goes beyond it, in place of those of `weights`.
     """
     goal, whole = np.full(3, weights.arrival_pose), stage_share(lengths)
     share, none = whole * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3, np.zeros_like(whole)
@@ -216,7 +213,7 @@ def arrival_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=comfort_weights(share, weights.arrival_comfort if comfort is None else comfort),
+        comfort=comfort_weights(share, comfort),
         goal=goal,
         goal_speed=weights.arrival_speed,
         slack=2.0 * goal_pull(goal),

@@ -164,7 +164,7 @@ def _lead_in(
         a = max(min(a, limits.acceleration), -limits.acceleration)
         turn = max(min(gap / length, limits.steering_rate), -limits.steering_rate)
         along = max(d * now[V] * cos(here.phi), 0.0)
-        *pose, reached = step_one(*now, a, turn, along, length, wheelbase)
+        *pose, reached = step_one(a, turn, along, length, wheelbase, *now)
         led.append((*pose, max(min(reached, target.stop), now[THETA])))
     return np.array(led)
 

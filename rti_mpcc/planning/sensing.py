@@ -124,7 +124,7 @@ def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     """Where the vehicle stops from `state` (6,) at the comfort acceleration, steering held."""
     most, speed = config.comfort_acceleration, state[V]
     braking, seconds = -copysign(most, speed), abs(speed) / most
-    stopped = step_one(*state, braking, 0.0, 0.0, seconds, config.vehicle.wheelbase)
+    stopped = step_one(braking, 0.0, 0.0, seconds, config.vehicle.wheelbase, *state)
     return Pose2(stopped[X], stopped[Y], stopped[PHI])
 
 

@@ -29,7 +29,6 @@ GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 SOLVED = "solved"
 AT_LIMIT = "maximum iterations reached"
 """OSQP's words for that, and for a QP that has had all the iterations that it may have."""
-
 UNFINISHED = frozenset(
     {
         int(osqp.SolverStatus.OSQP_MAX_ITER_REACHED),
@@ -102,9 +101,7 @@ class QpSolution:
         solved: whether the status is good and all numbers are finite; if not, `primal` and `dual` are 0, or
             how far a QP had come that was stopped.
         primal: (n,), dual: (m,), in scaled units.
-        status: OSQP's word.
-        iterations: of OSQP.
-        residuals: (primal, dual) of OSQP, scaled; infinite where there is no solution.
+        status, iterations: of OSQP; residuals: its (primal, dual), scaled; infinite without a solution.
         stopped: what ended the solve from outside, or None.
         seconds: of the solve.
     """

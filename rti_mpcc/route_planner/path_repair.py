@@ -30,7 +30,7 @@ from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.route_planner.problem import RouteProblem
 
 _SPACING = 0.1  # [m] between the poses at which clearances and distances from the path are measured
-_ROUNDING = 1e-6
+_ROUNDED = 1.0 + 1e-6  # the largest curvature, times this, can be driven
 _NODES = 10_000  # of a search past obstacles: where there is a route in one go it is found soon
 _BISECTIONS = 3  # of the clearance, between the hard minimum and the margin
 _SHORTEST = 1e-9  # [m]: a shorter arc is none
@@ -119,7 +119,7 @@ class _Repair:
         at, places = self.part.start, self._places()
         while places:
             span, route = self._replacement(at, places)
-            given = self._arcs(*span)
+            given = _arcs_between(self.part, *span)
             change = PathChange(
                 part=index,
                 start=span[0],
@@ -130,23 +130,18 @@ class _Repair:
                 needed=self.config.clearance.least,
                 aside=None if route is None else self._aside(span, route),
             )
-            rows += [self._arcs(at, span[0]), given if route is None else route]
+            rows += [_arcs_between(self.part, at, span[0]), given if route is None else route]
             changes.append(change)
             at = span[1]
             places = [place for place in places if place[1] > at]
-        return np.vstack([*rows, self._arcs(at, self.part.end)]), changes
-
-    @property
-    def _most(self) -> float:
-        """Largest curvature that can be driven [1/m]."""
-        return self.config.max_curvature * (1.0 + _ROUNDING)
+        return np.vstack([*rows, _arcs_between(self.part, at, self.part.end)]), changes
 
     def _places(self) -> list[Span]:
         """Where the segment bends too sharply or the body on it comes too near to something, in order; places
         that overlap or meet are one."""
         theta = self.part.places(_SPACING)
         near = self._clearances(theta) < self.config.clearance.least
-        bends = _runs(np.abs(self.part.curvatures) > self._most, self.part.knots)
+        bends = _runs(np.abs(self.part.curvatures) > self.config.max_curvature * _ROUNDED, self.part.knots)
         found: list[Span] = []
         for start, end in sorted(bends + _runs(near[1:] | near[:-1], theta)):
             if found and start <= found[-1][1]:
@@ -190,16 +185,12 @@ class _Repair:
         line = shapely.linestrings(np.column_stack([given.x, given.y]))
         return float(shapely.distance(shapely.points(poses[:, :2]), line).max())
 
-    def _arcs(self, start: float, end: float) -> Array:
-        """Arcs of the segment from `start` to `end` [m]."""
-        return _arcs_between(self.part, start, end)
-
     def _smoothed(self, start: float, end: float) -> Array | None:
         """The segment itself made smooth from `start` to `end` [m], or None: with the margin where there is
         room for it, else with as large a clearance as there is, by bisection."""
         at, clearance = self.part.reference(np.arange(start, end, _SPACING)), self.config.clearance
         problem = RouteProblem.of(self.part.pose(start), self.part.pose(end), self.area, self.config)
-        given, origin = self._arcs(start, end), problem.given[0]
+        given, origin = _arcs_between(self.part, start, end), problem.given[0]
         line = np.column_stack([at.x - origin.x, at.y - origin.y, at.phi])
         problem = replace(problem, line=line)
 
@@ -207,8 +198,8 @@ class _Repair:
             if min(problem.end_clearances) < least:
                 return None
             driven = _run(make_drivable(problem, given, np.zeros((0, 2)), least))
-            bend = float(np.abs(driven.arcs[:, 1]).max())
-            fits = not driven.stops.any() and driven.clearance >= least and bend <= self._most
+            bends = np.abs(driven.arcs[:, 1]) > self.config.max_curvature * _ROUNDED
+            fits = driven.clearance >= least and not (driven.stops.any() or bends.any())
             return driven.arcs if fits else None
 
         least, most = clearance.least, clearance.on_routes

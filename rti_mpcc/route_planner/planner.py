@@ -165,9 +165,7 @@ def _searched(
     body: one of a large weight leads into gaps that it does not fit through, in which a finer lattice has
     only more cells. So each search gets half of the nodes that it leaves to the next.
 
-    Args:
-        leaving: (n,) least clearances on the arcs to the starts [m]; None: the search begins at the start.
-        spent: the time that the planning took so far [s].
+    `leaving`: (n,) least clearances on the arcs to the starts [m]; None: the search begins at the start.
     """
     settings, (starts, goals), body = problem.config.route, ends, problem.body
     nodes, nearest, rejected = 0, inf, ""
@@ -224,8 +222,7 @@ def _estimates(
 def _refused(problem: RouteProblem, at_start: float, at_goal: float) -> Manoeuvre | None:
     """Why nothing is searched for, from the clearances at the start and at the goal [m], or None.
 
-    A vehicle that stands nearer to something than the hard minimum may leave, see `leaving`; one that drives
-    there may not.
+    A vehicle that stands nearer to something than the hard minimum may leave; one that drives there may not.
     """
     settings = problem.config.route
     if at_start < (problem.least if problem.incoming.any() else 0.0):

@@ -32,9 +32,6 @@ _PLACES = 40  # on a route, about
 _SLICE = 4096  # poses that are checked at a time, about
 _CURVES: Final = 2  # the cheapest ones, that are checked between two places
 _CHEAPER: Final = 1e-6  # by less no curve is [m]
-_FROM: Final = 0
-_TO: Final = 1
-"""The next pair of places."""
 
 
 @record
@@ -45,7 +42,6 @@ class _Places(NamedTuple):
         pose: (n, 3); route: (n - 1, 2) the arcs of the given route between them.
         cost: (n,) of the cheapest route; before: (n,) the place before on that; incoming: (n, 2) its last
             arc; arcs: (n, PIECES, 2) the curve from there.
-        next_pair: (2,) see above.
     """
 
     pose: Array2
@@ -54,7 +50,6 @@ class _Places(NamedTuple):
     before: IndexOut1
     incoming: Out2
     arcs: Out3
-    next_pair: IndexOut1
 
 
 def shorten(
@@ -79,12 +74,11 @@ def shorten(
         before=np.zeros(count + 1, np.int64),
         incoming=np.zeros((count + 1, 2)),
         arcs=np.zeros((count + 1, PIECES, 2)),
-        next_pair=np.array([0, 1]),
     )
     places.cost[0], places.incoming[0] = 0.0, incoming
-    work = workspace_of(body, solid)
-    while places.next_pair[_TO] <= count:
-        _advance(places, terms, work, _SLICE)
+    work, i, j = workspace_of(body, solid), 0, 1
+    while j <= count:
+        i, j = _advance(places, i, j, terms, work, _SLICE)
         yield
     found, j = [], count
     while j > 0:
@@ -94,9 +88,11 @@ def shorten(
 
 
 @kernel
-def _advance(places: _Places, terms: Terms, work: SearchWorkspace, budget: int) -> None:
-    """Try the next pairs of places, until so many poses were checked."""
-    checked, i, j = 0, places.next_pair[_FROM], places.next_pair[_TO]
+def _advance(
+    places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace, budget: int
+) -> tuple[int, int]:
+    """Try pairs of places from i and j on, until so many poses were checked; returns the next pair."""
+    checked = 0
     while j < len(places.cost) and checked < budget:
         if i == 0:
             checked += _follow(places, j, terms, work)
@@ -105,7 +101,7 @@ def _advance(places: _Places, terms: Terms, work: SearchWorkspace, budget: int) 
             i += 1
         if i >= j - 1:
             i, j = 0, j + 1
-    places.next_pair[_FROM], places.next_pair[_TO] = i, j
+    return i, j
 
 
 @inner

@@ -63,9 +63,9 @@ def test_any_weight_may_be_0_and_the_cost_is_still_brought_to_size(
     weights = Weights(lag=lag, goal=(goal, goal, goal), acceleration=effort)
     paper = PaperObjective(terminal_lag=terminal)
     for found in (
-        contouring_weights(weights, LENGTHS, 5.0),
+        contouring_weights(weights, LENGTHS, 5.0, effort),
         dynamic_weights(weights, paper, target_at(stop, kind), THETA, LENGTHS, 5.0),
-        arrival_weights(weights, target_at(stop, kind), LENGTHS),
+        arrival_weights(weights, target_at(stop, kind), LENGTHS, weights.arrival_comfort),
         cartesian_weights(weights, LENGTHS),
     ):
         assert isfinite(found.scale)
@@ -84,7 +84,8 @@ def test_the_effort_of_an_arrival_counts_less_the_nearer_it_is_and_never_more_th
 ) -> None:
     weights = Weights()
     near, far = (
-        arrival_weights(weights, target_at(10.0), np.full(N, each / N)) for each in (duration, 2.0 * duration)
+        arrival_weights(weights, target_at(10.0), np.full(N, each / N), weights.arrival_comfort)
+        for each in (duration, 2.0 * duration)
     )
     full = weights.acceleration * duration / N / STAGE_LENGTH
     assert (near.acceleration > 0.0).all()

@@ -55,7 +55,7 @@ def test_the_step_is_the_linearised_one_and_that_of_one_state() -> None:
     linearised = linearised_step(states, controls, lengths, WHEELBASE).state
     np.testing.assert_allclose(reached, linearised, rtol=1e-13, atol=1e-13)
     for k, (a, rate, progress) in enumerate(controls.tolist()):
-        one = step_one(*states[k].tolist(), a, rate, progress, float(lengths[k]), WHEELBASE)
+        one = step_one(a, rate, progress, float(lengths[k]), WHEELBASE, *states[k].tolist())
         np.testing.assert_allclose(one, reached[k], rtol=1e-13, atol=1e-13)
 
 
