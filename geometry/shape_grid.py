@@ -335,7 +335,8 @@ def is_off(x: float, y: float, half: Array, limit: float) -> bool:
     """Whether a point is no nearer than `limit` to the box of half lengths `half` around (0, 0)."""
     dx, dy = abs(x) - half[0], abs(y) - half[1]
     least = max(dx, dy)  # at most as much as the signed distance, and soon known
-    return least >= limit or hypot(max(dx, 0.0), max(dy, 0.0)) + min(least, 0.0) >= limit
+    off: bool = least >= limit or hypot(max(dx, 0.0), max(dy, 0.0)) + min(least, 0.0) >= limit
+    return off
 
 
 @inner
