@@ -32,8 +32,8 @@ from geometry.shape_grid import (
     cells_around,
     in_frame,
     is_among,
-    is_beyond,
     is_new,
+    is_off,
 )
 
 APART: Final = 0
@@ -117,26 +117,21 @@ def _line_contacts(
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]
-                if is_beyond(body.middle, body.half, grid.circles, i, x, y, c, s, within):
-                    continue
-                if is_among(i, seen, met):
+                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]) or is_among(i, seen, met):
                     continue
                 if met < len(seen):
                     seen[met], met = i, met + 1
                 in_frame(grid.corners, grid.starts[i], 2, x, y, c, s, segment)
-                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-                ahead, aside = c * dx + s * dy, c * dy - s * dx
                 length, left_x, left_y = _left_of(segment)
                 for piece in range(len(body.starts) - 1):
-                    slot, first, stop = (
-                        piece * grid.owners + grid.owner[i],
-                        body.starts[piece],
-                        body.starts[piece + 1],
-                    )
+                    first, stop = body.starts[piece], body.starts[piece + 1]
+                    slot = piece * grid.owners + grid.owner[i]
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
-                    off_x = abs(ahead - body.middles[piece, 0]) - body.halves[piece, 0]
-                    off_y = abs(aside - body.middles[piece, 1]) - body.halves[piece, 1]
+                    off_x = abs(ahead + body.middle[0] - body.middles[piece, 0]) - body.halves[piece, 0]
+                    off_y = abs(aside + body.middle[1] - body.middles[piece, 1]) - body.halves[piece, 1]
                     if max(off_x, off_y) - grid.circles[i, 2] > limit:
                         continue
                     distance_between(body.corners, first, stop, segment, 0, 2, limit, witness)

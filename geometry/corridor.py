@@ -154,8 +154,10 @@ class Corridor(Admitted, error=CorridorError):
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
         walls = self._part(part).grid if self.area is None else self.area.grid
-        grids = (walls, self.kept_out) if self.obstacles else (walls,)
-        return np.concatenate([grid.signed_distances(body, poses, within) for grid in grids], axis=1)
+        apart = walls.signed_distances(body, poses, within)
+        if not self.obstacles:
+            return apart
+        return np.concatenate((apart, self.kept_out.signed_distances(body, poses, within)), axis=1)
 
     @door(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:

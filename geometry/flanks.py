@@ -18,7 +18,7 @@ from geometry.arrays import Array
 from geometry.compiled import Array2, Out3, inner, kernel
 from geometry.contacts import APART, AT_X, CONTACT, keep, no_contacts, reach_out
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
-from geometry.shape_grid import Body, ShapeGrid, cells_around, in_frame, is_beyond
+from geometry.shape_grid import Body, ShapeGrid, cells_around, in_frame, is_off
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -63,7 +63,9 @@ def _solid_contacts(
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]  # once more in a later cell, which does no harm
-                if is_beyond(body.middle, body.half, grid.circles, i, x, y, c, s, within):
+                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]):
                     continue
                 count = grid.starts[i + 1] - grid.starts[i]
                 in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)

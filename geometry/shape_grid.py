@@ -48,15 +48,8 @@ class Body(NamedTuple):
         boxes = np.array([(ring.min(axis=0), ring.max(axis=0)) for ring in rings])
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
-        fields = (
-            np.concatenate(rings),
-            _starts(rings),
-            0.5 * (low + high),
-            0.5 * (high - low),
-            middles,
-            halves,
-        )
-        return cls(*map(read_only, fields))
+        box = 0.5 * (low + high), 0.5 * (high - low)
+        return cls(*map(read_only, (np.concatenate(rings), _starts(rings), *box, middles, halves)))
 
     @property
     def pieces(self) -> int:
@@ -167,9 +160,8 @@ class ShapeGrid(NamedTuple):
             InputError: wrong shape, or poses that are not finite.
         """
         poses = to_rows(poses, 3, "poses")
-        found = np.full((len(poses), self.owners), within)
-        _signed_distances(body, poses, self, found)
-        found[found >= within] = inf
+        found = np.empty((len(poses), self.owners))
+        _signed_distances(body, poses, self, within, found)
         return found
 
 
@@ -279,51 +271,76 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 
 @kernel
-def _signed_distances(body: Body, poses: Array2, grid: ShapeGrid, found: Out2) -> None:
-    if len(grid.owner) == 0:
-        return
+def _signed_distances(body: Body, poses: Array2, grid: ShapeGrid, within: float, found: Out2) -> None:
     shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
     for n in range(len(poses)):
-        approach(body, grid, poses[n, 0], poses[n, 1], poses[n, 2], found[n], shape, witness)
+        for j in range(len(found[n])):
+            found[n, j] = within
+        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
+        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
+        for row in range(first_row, last_row + 1):
+            # What is in neighbouring cells of a row stands in one piece.
+            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+                i = grid.members[k]  # once more in a later cell, which does no harm
+                least, count = found[n, grid.owner[i]], grid.starts[i + 1] - grid.starts[i]
+                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                if is_off(ahead, aside, body.half, least + grid.circles[i, 2]):
+                    continue
+                in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
+                for piece in range(len(body.starts) - 1):
+                    first, stop = body.starts[piece], body.starts[piece + 1]
+                    distance_between(body.corners, first, stop, shape, 0, count, least, witness)
+                    least = min(least, witness[VALUE])
+                found[n, grid.owner[i]] = least
+        for j in range(len(found[n])):
+            if found[n, j] >= within:
+                found[n, j] = inf
 
 
 @inner
-def approach(
-    body: Body, grid: ShapeGrid, x: float, y: float, phi: float, least: Array, shape: Array, witness: Array
-) -> None:
-    """Lower `least` (owners,) [m] to the signed distances of a body at one pose to what each owner has.
+def clearance_at(
+    body: Body,
+    grid: ShapeGrid,
+    x: float,
+    y: float,
+    phi: float,
+    within: float,
+    shape: Array,
+    witness: Array,
+) -> float:
+    """Signed distance [m] of a body at one pose to the nearest shape, `within` where none is nearer.
 
-    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in.
+    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in. One pose of the kernel above, again: to
+    hand the body and the grid from one function to the next takes longer than all that is done with them.
     """
-    c, s = cos(phi), sin(phi)
-    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, least.max())
+    least, c, s = within, cos(phi), sin(phi)
+    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
     for row in range(first_row, last_row + 1):
-        # What is in neighbouring cells of a row stands in one piece.
         first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
         for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-            i = grid.members[k]  # once more in a later cell, which does no harm
-            nearest = least[grid.owner[i]]
-            if is_beyond(body.middle, body.half, grid.circles, i, x, y, c, s, nearest):
+            i = grid.members[k]
+            dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
+            ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+            if is_off(ahead, aside, body.half, least + grid.circles[i, 2]):
                 continue
             count = grid.starts[i + 1] - grid.starts[i]
             in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
             for piece in range(len(body.starts) - 1):
                 first, stop = body.starts[piece], body.starts[piece + 1]
-                distance_between(body.corners, first, stop, shape, 0, count, nearest, witness)
-                nearest = min(nearest, witness[VALUE])
-            least[grid.owner[i]] = nearest
+                distance_between(body.corners, first, stop, shape, 0, count, least, witness)
+                least = min(least, witness[VALUE])
+    return least
 
 
 @inner
-def is_beyond(
-    middle: Array, half: Array, circles: Array, i: int, x: float, y: float, c: float, s: float, within: float
-) -> bool:
-    """Whether the bounding circle of the i-th shape is not `within` a box of a body at x, y."""
-    dx, dy, limit = circles[i, 0] - x, circles[i, 1] - y, within + circles[i, 2]
-    ahead = abs(c * dx + s * dy - middle[0]) - half[0]
-    aside = abs(c * dy - s * dx - middle[1]) - half[1]
-    off = max(ahead, aside)  # at most as much as the signed distance to the box, and soon known
-    return off >= limit or hypot(max(ahead, 0.0), max(aside, 0.0)) + min(off, 0.0) >= limit
+def is_off(x: float, y: float, half: Array, limit: float) -> bool:
+    """Whether a point is no nearer than `limit` to the box of half lengths `half` around (0, 0)."""
+    dx, dy = abs(x) - half[0], abs(y) - half[1]
+    least = max(dx, dy)  # at most as much as the signed distance, and soon known
+    off: bool = least >= limit or hypot(max(dx, 0.0), max(dy, 0.0)) + min(least, 0.0) >= limit
+    return off
 
 
 @inner

@@ -15,7 +15,7 @@ from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, inner, record
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
-from geometry.shape_grid import Body, ShapeGrid, approach
+from geometry.shape_grid import Body, ShapeGrid, clearance_at
 from rti_mpcc.route_planner.arcs import pose_after
 
 NO_LENGTH: Final = 1e-9
@@ -65,7 +65,7 @@ class SearchWorkspace(NamedTuple):
     """A body, all that is solid around it, and buffers to compute in.
 
     Attributes:
-        least, shape, witness: of clearances.
+        shape, witness: of clearances.
         lengths, turns: (WORDS, PIECES) of the curves between two poses, in radii and signs; order: (WORDS,)
             cost of each; curve: (PIECES, 2) signed lengths [m] and curvatures [1/m] of one of them.
         targets, target_costs: (TARGETS,) nodes of the other tree, and the costs of routes through them.
@@ -73,7 +73,6 @@ class SearchWorkspace(NamedTuple):
 
     body: Body
     solid: ShapeGrid
-    least: Out1
     shape: Out2
     witness: Out1
     lengths: Out2
@@ -89,7 +88,6 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
     return SearchWorkspace(
         body=body,
         solid=solid,
-        least=np.empty(1),
         shape=np.empty((max(solid.largest, 2), 2)),
         witness=np.empty(WITNESS),
         lengths=np.empty((WORDS, PIECES)),
@@ -104,10 +102,7 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
 @inner
 def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: float) -> float:
     """Clearance of the body at a pose, `within` where nothing is nearer [m]."""
-    work.least[0] = within
-    approach(work.body, work.solid, x, y, phi, work.least, work.shape, work.witness)
-    least: float = work.least[0]
-    return least
+    return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness)
 
 
 @inner
