@@ -21,7 +21,7 @@ from geometry.angles import degrees_hint
 from geometry.doors import door
 from rti_mpcc import scouting
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import may_change_direction
+from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
@@ -30,13 +30,12 @@ from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
+from rti_mpcc.planning import actuation, aim, goals, sensing, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.planning.standstill import dock_speed, rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
-from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
@@ -382,11 +381,12 @@ class DockingController:
             s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
         w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
-        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
-            return s, context, w
-        s = self._targeted(moves.next_segment(s))
-        w = self._workspaces.of(s, clock)
-        return s, w.context(s), w
+        if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
+            s = self._targeted(moves.next_segment(s))
+            w = self._workspaces.of(s, clock)
+            context = w.context(s)
+        after = scouting.on_course(s, context, w.config)
+        return after, context if after.task.stop is s.task.stop else w.context(after), w
 
     def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Before a given path is started, check that the goal is reached from its last change of direction.
@@ -409,15 +409,13 @@ class DockingController:
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         if self._workspaces.path is not s.path:
-            self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.whole)
+            self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.segment)
         return self._workspaces
 
     def _targeted(self, s: ControllerState) -> ControllerState:
-        """With the present target of the segment, and without a stop in front of what may be gone."""
+        """With the present target of the segment."""
         target = self._workspaces_on(s).target(s)
-        if target != s.task.target:
-            s = replace(s, task=replace(s.task, target=target))
-        return moves.released(s) if stops.way_may_be_free(s) else s
+        return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -486,7 +484,7 @@ def _looking_again(s: ControllerState, status: Status, reason: Reason) -> Contro
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
-    blocked = held and s.task.stop is None and not s.task.looks_past
+    blocked = held and s.task.stop is None
     waits = halt is not None and halt.clear_since is not None
     tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

@@ -15,20 +15,20 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
-from rti_mpcc.planning import aim, schedule, search, stops
+from rti_mpcc.planning import aim, schedule, search
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
-from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import causes, contact, escape, fallback, holding, limiter, stopping
-from rti_mpcc.safety.contact import Overlap
+from rti_mpcc.safety.contact import CLEAR_DISTANCE, Overlap
 from rti_mpcc.safety.decision import ControlDecision
-from rti_mpcc.scouting import first_plan, sought
+from rti_mpcc.scouting import first_plan
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
+PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
 WHEELS_REACH = 0.5  # [m] from its start, at most
 
@@ -89,11 +89,9 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return turning
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
-    s, attempt, context = first_plan(s, context, w)
+    s, attempt = first_plan(s, context, w)
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
-    if s.task.phase is Phase.HOLDING:
-        return _hold(s, context, w)
     if not attempt.problem:
         return _accept(s, context, w, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not latched):
@@ -101,8 +99,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         if last is not None:
             return last
     task = s.task
-    going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
+    if not latched and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -114,8 +111,8 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
-    angle, (*_, delta, theta) = s.task.whole.wheels, context.state.tolist()
-    near = theta - s.task.whole.part.start <= WHEELS_REACH * w.config.size
+    angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
+    near = theta - s.task.segment.part.start <= WHEELS_REACH * w.config.size
     if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
         return None
     control = fallback.turn_wheels(context.state, angle, w.config)
@@ -125,12 +122,8 @@ def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) 
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Continue with the plan, unless another one is needed and found."""
-    s, distance = _distance_on_driven(s, w)
-    in_view = contact.comes_into_view(s, context, w.config) and not stops.is_old(s)
-    if in_view or distance < inf or _wants_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w, distance)
-        if in_view and s.plans.suspended is None:
-            s = stops.looked(s, context, w.config)
+    if _wants_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w)
         if decision is not None:
             return Driven(s, decision)
     successor = schedule.successor_due(s, context)
@@ -178,7 +171,7 @@ def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    reason, stop = _STANDS_AT[s.task.segment.end], s.task.stop
+    reason, stop = _STANDS_AT[s.task.end], s.task.stop
     if reason is Reason.DOCKED:
         return _hold_at_goal(s, context, w)
     if reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
@@ -238,31 +231,24 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace, distance: float
+    s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
-    An arrival that goes through something, or misses its target, is searched again `stops.REPLAN_INTERVAL`
-    later, from nearer. `distance`: along the present plan to a contact [m], or inf.
+    An arrival that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later,
+    from nearer.
     """
-    trial = sought(s, context, w, distance)
-    found = first_plan(trial, context if trial is s else w.context(trial), w)
-    attempt, stop = found.attempt, found.s.task.stop
-    if distance == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
-        # No route past: the stop is needed, and the plan to it is as good as another one.
-        return stops.confirmed(s), None
-    too_late = schedule.too_late(s, context, w.config)
-    in_vain = stop is None and attempt.corridor_infeasible and not attempt.out_of_time
-    if s.task.phase is Phase.CONTOURING and in_vain and not too_late:
-        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
-    if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
-        elsewhere = _ends_elsewhere(found.s, attempt.plan, found.context, w.config)
-        if not elsewhere or distance < inf or s.task.phase is Phase.CONTOURING:
-            return _accept(found.s, found.context, w, attempt, found.s.plans.solution)
-        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
-    after = s.suspending(found.s.plans.suspended)
-    if not attempt.out_of_time:
-        after = stops.still_filled(after)
+    found, attempt = first_plan(s, context, w)
+    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context, w.config)
+    if cruises:
+        in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
+    else:
+        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context, w.config)
+    if in_vain:
+        return replace(s, route=found.route, task=replace(s.task, looked_at=s.now)), None
+    if not attempt.problem:
+        return _accept(found, context, w, attempt, found.plans.solution)
+    after = s.suspending(found.plans.suspended)
     if too_late:
         firm = w.config.firm_deceleration
         return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
@@ -286,24 +272,15 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Distance [m] along the driven plan to what has changed and blocks it, or inf."""
-    plan = s.plans.driven
-    if plan is None or s.plans.clear_of == s.area.changes:
-        return s, inf
-    distance = contact.distance_to_contact(s, plan, w.config)
-    return (s if distance < inf else stops.found_clear(s)), distance
-
-
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
-    """Whether the driven plan stops where the route may be clear now, or its arrival should start."""
-    if stops.is_old(s):
+    """Whether the arrival should start, or the driven plan misses the target. An old plan is iterated first,
+    unless the vehicle halts."""
+    plan, accepted = s.plans.driven, s.plans.accepted_at
+    searching = s.plans.suspended is not None and s.task.halt is None
+    if searching and accepted is not None and s.now - accepted > PLAN_AGE:
         return False
-    if stops.way_may_be_free(s):
-        return True
-    if s.plans.driven and _ends_elsewhere(s, s.plans.driven, context, w.config):
-        return replan_due(s, context)
-    return schedule.arrival_due(s, context, w.config) and replan_due(s, context)
+    elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
+    return (elsewhere or schedule.arrival_due(s, context, w.config)) and replan_due(s, context)
 
 
 def _ends_elsewhere(
@@ -454,11 +431,24 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
 
 def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
     """With a halt for a contact after `distance` [m], if a stop needs `need` [m], or without one."""
-    halt = stops.halted(s.task.halt, distance, need, s.now)
+    halt = _halted(s.task.halt, distance, need, s.now)
     if halt is s.task.halt:
         return s
     since = s.now if halt is None else s.task.driving_since
     return replace(s, task=replace(s.task, halt=halt, driving_since=since))
+
+
+def _halted(halt: Halt | None, distance: float, needed: float, now: float) -> Halt | None:
+    """The halt for a contact of the plan after `distance` [m] (inf: none): from when a stop `needed` [m] so
+    much, until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
+    if distance <= needed:
+        return Halt()
+    if halt is None:
+        return None
+    if distance <= needed + CLEAR_DISTANCE:
+        return Halt()
+    since = now if halt.clear_since is None else halt.clear_since
+    return None if now - since >= CLEAR_TIME else replace(halt, clear_since=since)
 
 
 def _stop(

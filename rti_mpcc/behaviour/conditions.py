@@ -16,7 +16,6 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
-from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
 TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion on its route
@@ -28,6 +27,7 @@ SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; 
 SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
 DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
 CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
+REPLAN_INTERVAL = 0.5  # [s] between two searches for a plan, at least
 GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it failed, looks less often
 
 # -- asked in every cycle -------------------------------------------------------------------------------

@@ -46,17 +46,14 @@ class Event(Enum):
     # Reported by the code that finds it.
     CRUISE_FOUND = SEEKING, CONTOURING, "a plan along the path is found"
     ARRIVAL_FOUND = SEEKING, ARRIVING, "a plan that arrives is found"
-    ANOTHER_SOUGHT = DRIVING, STARTING, "a trial: a plan to another end is searched"
-    WAY_FILLED = SEEKING, STARTING, "something blocks the route: a stop in front of it"
-    STOP_IS_HERE = (STARTING,), HOLDING, "that stop is right here: the vehicle stays"
-    WAY_MAY_BE_FREE = (STARTING, SETTLING, HOLDING), STARTING, "what blocked the route has changed"
+    COURSE_CHANGED = (*SEEKING, SETTLING, HOLDING), STARTING, "the course ends elsewhere"
+    STOP_IS_HERE = (STARTING,), HOLDING, "it ends right here, before an obstacle: the vehicle stays"
     STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
     PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
     GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
     GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
     FOUND_ELSEWHERE = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
     OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
-    GOAL_CHANGED = ON_ROUTE, STARTING, "the goal of another dock is given while the vehicle drives to a stop"
     SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
     MISTAKE = ON_ROUTE, STARTING, "an internal error in a cycle"
     WAY_LOST = ANY, PLANNING, "another route is needed"
@@ -112,4 +109,4 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
         vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
     task = replace(s.task, arrival=None, phase=STARTING, outside_since=None, hold=None)
-    return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))
+    return replace(s, vehicle=vehicle, task=task, plans=Plans())

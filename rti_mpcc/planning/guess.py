@@ -120,6 +120,11 @@ def _lead_on(times: Array1, states: Array2, most_a: float, most_rate: float, con
         controls[k, THETA_DOT] = (states[k + 1, THETA] - states[k, THETA]) / seconds
 
 
+def along_course(part: PathPart, target: Target, state: Array, s: Array, config: ControllerConfig) -> Array:
+    """States (n, 6) of the body on the course from `state` (6,) to the target, `s` (n,) [m] further each."""
+    return _faded(part, target, state, s, np.zeros_like(s), config)
+
+
 def _faded(
     part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
 ) -> Array:

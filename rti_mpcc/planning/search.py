@@ -252,7 +252,6 @@ def suspended(
         iterations=(before.iterations if before else done) + solved,
         unsolved=(before.unsolved if before else 0) + sum(failed),
         target=context.target,
-        segment=s.task.segment,
         arrival=s.task.arrival,
         begin=context.begin,
     )

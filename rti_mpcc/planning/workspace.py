@@ -104,8 +104,8 @@ class Workspaces:
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, with the known obstacles."""
         active, corridor = self._active, s.area.corridor
-        if s.task.whole is not active.segment:
-            self._active = self._begun(s.task.whole, corridor)
+        if s.task.segment is not active.segment:
+            self._active = self._begun(s.task.segment, corridor)
         elif corridor is not active.corridor:
             self._active = self._looked_round(active.segment, active.config, active.mpcc, corridor)
         return self._active.mpcc
@@ -127,23 +127,23 @@ class Workspaces:
         return Workspace(config=active.config, mpcc=mpcc, pace=active.pace, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
-        """The target of the whole active segment."""
-        part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
+        """The target of the active segment."""
+        part, end, goal = self.core(s).part, s.task.segment.end, s.goal.pose
         config = self._active.config
-        if s.task.whole.target is not None:
-            return s.task.whole.target(part, goal)
+        if s.task.segment.target is not None:
+            return s.task.segment.target(part, goal)
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
-            then = s.task.on_whole().segments[1]
+            then = s.task.segments[1]
             # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
-            shorter = min(s.task.whole.length, then.length)
+            shorter = min(s.task.segment.length, then.length)
             share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2
             return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:
-        segment, changes = s.task.whole, s.area.changes
+        segment, changes = s.task.segment, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
             pose = cusp_pose(part.last, s.area.corridor, segment, self._active.config)
             self._cusp_of = segment, changes, pose

@@ -10,13 +10,11 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
-from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.planning.stops import CLEAR_DISTANCE
+from rti_mpcc.planning.state import ControllerState, PlannedStop
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import GoalOrigin, Reason, Trajectory, Verdict
@@ -86,7 +84,7 @@ def meeting(
     another plan, or ""."""
     assert s.task.halt is not None
     met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
-    needed = contact.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + contact.CLEAR_DISTANCE
     halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, halt=halt))
 

@@ -18,7 +18,6 @@ from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
@@ -26,9 +25,8 @@ from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
-from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
+from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
-from rti_mpcc.planning import stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
@@ -39,6 +37,7 @@ from rti_mpcc.types import Array, Trajectory
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
 SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
+CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
 OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
 
 MOST_BODIES = 5_000  # checked along a plan: a kilometre, so that no plan makes a cycle long
@@ -118,17 +117,10 @@ def _least(begins: Array, least: float) -> Array:
     return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
 
 
-def distance_to_obstacle(s: ControllerState, plan: Trajectory, config: ControllerConfig) -> float:
-    """Distance along a plan to the first body that touches a static obstacle [m], or inf."""
-    marks, states = _driven(plan, config, inf)
-    meets = _obstacles_met(s, states, config).any(axis=1)
-    return float(marks[np.argmax(meets)]) if meets.any() else inf
-
-
-def _obstacles_met(s: ControllerState, states: Array, config: ControllerConfig) -> NDArray[np.bool_]:
-    """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
-    met: NDArray[np.bool_] = _distances(s, states, config, config.clearance.least)[:, 1:] <= 0.0
-    return met
+def first_obstacle_met(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:
+    """The first of the bodies at `states` (n, 6) that touches a static obstacle, or None."""
+    met = _distances(s, states, config, config.clearance.least)[:, 1:] <= 0.0
+    return int(np.argmax(met.any(axis=1))) if met.any() else None
 
 
 def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:
@@ -185,55 +177,12 @@ def _meets(
             near[n] = 1
 
 
-def progress_of_contact(
-    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
-) -> float:
-    """Progress [m] at which a body on the path meets what a plan meets after `distance` [m].
-
-    A stop is on the path, but a plan may be beside it: inside a bend it is farther along by then. Where the
-    body on the path meets nothing, meets it later, or all along, it is the progress of the plan's body.
-    """
-    part = s.task.segment.part
-    state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
-    x, y, phi = state[0, :POSE].tolist()
-    # Not the plan's own progress: nothing holds that to where an arrival is.
-    begin, end = float(plan.states[0, THETA]), part.project(x, y, heading=phi)
-    theta = np.arange(begin, end, CHECK_SPACING)
-    at = part.reference(theta)
-    bodies = np.column_stack([at.x, at.y, at.phi])
-    met = _obstacles_met(s, state, config)[0]
-    meets = np.asarray(_obstacles_met(s, bodies, config)[:, met].any(axis=1))
-    if not meets.any():
-        return end
-    clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
-    return float(theta[clear[-1] + 1]) if len(clear) else end
-
-
 def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
     ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
     return met_by(state, s.area, s.task.segment.index, config, ahead)
-
-
-def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
-    """What a body on the path meets at the progress `theta` [m]."""
-    pose = s.task.segment.part.pose(theta)
-    return met_by(np.array([pose.x, pose.y, pose.phi]), s.area, s.task.segment.index, config)
-
-
-def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether an obstacle on the path is where it starts to count for a cruise: at the farthest progress that
-    a cruise ignoring it would see."""
-    if not s.area.corridor.obstacles:
-        return False
-    at = stops.in_view(s, context, config)
-    if at <= s.plans.seen_to:
-        return False
-    reference, least = s.task.segment.part.reference(np.array([at])), config.clearance.least
-    pose = np.column_stack([reference.x, reference.y, reference.phi])
-    return bool((_distances(s, pose, config, least)[0, 1:] <= least).any())
 
 
 def length(plan: Trajectory) -> float:

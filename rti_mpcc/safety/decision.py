@@ -51,8 +51,6 @@ def status_of(verdict: Verdict, task: Task) -> Status:
     """The status of a cycle with this verdict, after which the task is `task`."""
     if verdict.reason is Reason.SEARCHES_PLAN and task.latched:
         return Status.FAILED
-    if verdict.reason is Reason.SEARCHES_PLAN and task.looks_past:
-        return Status.BLOCKED
     follows = task.objective.kind is Objective.CONTOURING
     return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
 
