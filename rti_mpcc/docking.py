@@ -20,9 +20,16 @@ from geometry import Area, Corridor, CorridorError, InputError, Pose2, Reference
 from geometry.angles import degrees_hint
 from geometry.doors import door
 from rti_mpcc import scouting
-from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
-from rti_mpcc.behaviour.transitions import Event, transition_on
+from rti_mpcc.behaviour.transitions import (
+    Event,
+    begun_again,
+    next_segment,
+    transition_on,
+    with_goal,
+    with_goal_corrected,
+    without_way,
+)
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
@@ -126,7 +133,9 @@ class DockingController:
         )
         self.segments = None
         self._begin(
-            config, moves.without_way(begun, path, segments, "there is none yet"), Rerouter(area, config)
+            config,
+            without_way(begun, path, segments, "there is none yet"),
+            Rerouter(area, config),
         )
         return self
 
@@ -336,9 +345,9 @@ class DockingController:
         """With another planned goal; the detections of another dock start anew."""
         dock = s.goal.dock
         if goal and dock and goal.relative_to(dock).within(self.config.goal_tolerance):
-            return moves.with_goal_corrected(s, goal)
+            return with_goal_corrected(s, goal)
         self._filter.reset()
-        return moves.with_goal(s, goal)
+        return with_goal(s, goal)
 
     def _goal_located(
         self, s: ControllerState, given: Sequence[GoalMeasurement]
@@ -382,7 +391,7 @@ class DockingController:
         w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
-            s = self._targeted(moves.next_segment(s))
+            s = self._targeted(next_segment(s))
             w = self._workspaces.of(s, clock)
             context = w.context(s)
         after = scouting.on_course(s, context, w.config)
@@ -440,7 +449,7 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = sent(moves.begun_again(s, str(verdict)), control, at, start, config)
+        s = sent(begun_again(s, str(verdict)), control, at, start, config)
         return s, emergency(control, start, s, verdict, config, clock)
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
-from rti_mpcc.behaviour import conditions, moves
+from rti_mpcc.behaviour import conditions
 from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
-from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
+from rti_mpcc.behaviour.transitions import Event, plan_accepted, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Solution
@@ -305,7 +305,7 @@ def _accept(
     plan = attempt.plan
     s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
     if decision.control.source is Source.SOLUTION:
-        return Driven(moves.plan_accepted(s, plan, solution), decision)
+        return Driven(plan_accepted(s, plan, solution), decision)
     return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
 
 

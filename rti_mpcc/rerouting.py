@@ -14,8 +14,8 @@ from math import tan
 import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
-from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import SETTLE_SHARE
+from rti_mpcc.behaviour.transitions import onto_way, without_way
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
@@ -127,11 +127,11 @@ class Rerouter:
             here = ways.here(s, self._config)
             if apart(here, s.path.start) > OFF_PATH:
                 # It is first measured there, or was relocated: nothing would be driven so far off a route.
-                s = moves.without_way(s, *standing_route(here), route.why)
+                s = without_way(s, *standing_route(here), route.why)
             return self._answered(s)
         why = self._asks(s)
         if why and s.on_planned_way:
-            s = moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
+            s = without_way(s, *standing_route(ways.here(s, self._config)), why)
         else:
             wanted = route.wanted if why or s.task.drives else ""
             if (why, wanted) != (route.why, route.wanted):
@@ -146,14 +146,14 @@ class Rerouter:
         """The state of a vehicle that leaves its route and replans in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
+        return without_way(s, *standing_route(ways.here(s, self._config)), why)
 
     def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
         """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
         s = self.leaving(s, "")
         assert s.route is not None
         route = replace(s.route, manoeuvre=manoeuvre, ways=s.route.ways + 1, fixed=True)
-        return moves.onto_way(s, manoeuvre, route)
+        return onto_way(s, manoeuvre, route)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Plan with the time that this cycle has left."""
@@ -297,7 +297,7 @@ class Rerouter:
         self._driven_in = self._area
         s = replace(s, area=s.area.without_path(self._area))
         told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
-        return moves.onto_way(s, found, told)
+        return onto_way(s, found, told)
 
 
 def _as_it_is(s: ControllerState) -> bool:

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.transitions import SEEKING
+from rti_mpcc.behaviour.transitions import SEEKING, onto_course, plan_found
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import POSE, THETA, V
@@ -65,11 +64,11 @@ def on_course(s: ControllerState, context: PlanningContext, config: ControllerCo
     s = replace(s, plans=replace(s.plans, course=(s.area.changes, target.pose)))
     stop = _blocked(s, context, target, config)
     if stop is None:
-        return s if task.stop is None else moves.onto_course(s, None, here=False)
+        return s if task.stop is None else onto_course(s, None, here=False)
     here = stop.at - float(context.state[THETA]) <= NEAR_STOP * config.size
     if task.stop is not None and abs(task.stop.at - stop.at) <= SAME_STOP:
         return s
-    return moves.onto_course(s, stop, here=here)
+    return onto_course(s, stop, here=here)
 
 
 def _blocked(
@@ -109,7 +108,7 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     s = schedule.scheduled(s, context, w.config)
     after, attempt = _from_guess(s, context, w)
     attempt = _unless_into_a_wall(after, attempt, w)
-    found = Found(after if attempt.problem else moves.plan_found(after), attempt)
+    found = Found(after if attempt.problem else plan_found(after), attempt)
     if attempt.out_of_time or not context.free or s.route is None or s.route.fixed:
         return found
     arrives = context.ends_at_goal and found.s.task.arrival is not None

@@ -155,7 +155,6 @@ def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig
         iterate=search.iterate,
         least=max(begun.least - done, 1),
         most=max(begun.most - done, 1),
-        unsolved=max(begun.unsolved - search.unsolved, 1),
     )
 
 
@@ -243,17 +242,14 @@ def suspended(
     before = s.plans.suspended
     if before is not None and not attempt.solutions:
         return s
-    solved = sum(solution.solved for solution in attempt.solutions)
-    failed = [not (solution.solved or _was_cut(solution)) for solution in attempt.solutions]
-    afresh = bool(failed) and failed[-1]
+    ends = attempt.solutions[-1] if attempt.solutions else None
+    afresh = ends is not None and not (ends.solved or _was_cut(ends))
     search = SuspendedSearch(
         solution=None if afresh else attempt.solved or (before.solution if before else None),
-        iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
-        iterations=(before.iterations if before else done) + solved,
-        unsolved=(before.unsolved if before else 0) + sum(failed),
+        iterate=None if ends is None else ends.iterate,
+        iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
         target=context.target,
         arrival=s.task.arrival,
-        begin=context.begin,
     )
     return s.suspending(search)
 

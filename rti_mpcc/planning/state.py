@@ -20,7 +20,6 @@ from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
-from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.standstill import AxisMotion
 from rti_mpcc.planning.surroundings import Surroundings
@@ -93,14 +92,6 @@ class Hold:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stall:
-    """The target of a stalled vehicle, and the static obstacles around it."""
-
-    target: Target
-    obstacles: tuple[Obstacle, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedStop:
     """Where the course ends in front of a static obstacle.
 
@@ -119,9 +110,9 @@ class SuspendedSearch:
     """A search for a first plan that is resumed in the next cycle.
 
     Attributes:
-        solution: of the last QP, None if it was not solved; iterate: of the QP that was stopped, or None.
-        iterations: number of QPs that were solved; unsolved: of those that could not be solved.
-        target, arrival: what the plan is for; begin: when it starts [s].
+        solution: the last iterate that was solved, or None; iterations: number of QPs that were solved.
+        iterate: of the QP that was stopped, or None.
+        target, arrival: what the plan is for.
     """
 
     solution: Solution | None
@@ -129,8 +120,6 @@ class SuspendedSearch:
     iterate: tuple[Array, Array] | None
     target: Target
     arrival: Arrival | None
-    begin: float
-    unsolved: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -258,7 +247,8 @@ class Task:
         halt: while the vehicle halts in front of something, or None.
         latched: why the vehicle was stopped, until a plan is driven again, or "".
         looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
-        stall: the last one, or None; hold: while the vehicle is held at its dock, or None.
+        stalled_at: target pose, and number of obstacle changes, of the last stall, or None.
+        hold: while the vehicle is held at its dock, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan was started, or the last halt ended [s].
         at_once: commanded to stand, the vehicle brakes as hard as it can.
@@ -273,7 +263,7 @@ class Task:
     halt: Halt | None = None
     latched: str = ""
     looked_at: float | None = None
-    stall: Stall | None = None
+    stalled_at: tuple[Pose2, int] | None = None
     hold: Hold | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
