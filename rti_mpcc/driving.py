@@ -260,10 +260,10 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     valid, suspended = s.plans.valid, s.plans.suspended
     start = search.going_on(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
-        start = search.clean(valid, w.config)
+        start = search.clean(valid)
     attempt = search.converge(w.mpcc, s, context, start, w.clock)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        clean = search.converge(w.mpcc, s, context, search.clean(valid, w.config), w.clock)
+        clean = search.converge(w.mpcc, s, context, search.clean(valid), w.clock)
         attempt = attempt.then(replace(clean, retried=True))
     if not attempt.problem:
         return _accept(s, context, w, attempt, attempt.solved)

@@ -176,7 +176,7 @@ def _iterated_on(
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
     if not (context.free and missed) or done >= rounds * ITERATIONS:
         return found
-    s, more = iterated(s, context, replace(search.further(attempt, w.config), least=1, reaching=True), w)
+    s, more = iterated(s, context, replace(search.further(attempt), least=1, reaching=True), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
     return Found(search.suspended(s, context, attempt, before), attempt)
 
@@ -186,7 +186,7 @@ def _from_guess(
 ) -> tuple[ControllerState, SqpResult]:
     """Iterate from a first guess, or resume the suspended search."""
     guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
-    start = search.from_guess(guess, w.config) if begun is None else search.resumed(begun, guess, w.config)
+    start = search.from_guess(guess) if begun is None else search.resumed(begun, guess)
     s, attempt = iterated(s, context, start, w)
     return search.suspended(s, context, attempt), attempt
 

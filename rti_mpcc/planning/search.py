@@ -119,12 +119,12 @@ def going_on(solution: Solution | None) -> InitialIterate:
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
 
-def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
+def clean(plan: Trajectory) -> InitialIterate:
     """Again from the last valid plan, with nothing kept of the solver's results since."""
     return replace(going_on(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
 
 
-def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
+def from_guess(guess: Trajectory) -> InitialIterate:
     """The first plan of an objective."""
     return InitialIterate(
         guess=guess,
@@ -139,15 +139,15 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     )
 
 
-def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
+def further(attempt: SqpResult) -> InitialIterate:
     """As many iterations again, for a plan that has not converged far ahead."""
-    begun = from_guess(attempt.plan, config)
+    begun = from_guess(attempt.plan)
     return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
 
 
-def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
+def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     """The first plan of an objective, resumed; `guess`: for a search without a solution."""
-    begun, done = from_guess(guess, config), search.iterations
+    begun, done = from_guess(guess), search.iterations
     return replace(
         begun,
         last=search.solution,

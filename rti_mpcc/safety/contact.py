@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
+from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, V, X, Y
-from rti_mpcc.ocp.horizon import distances, states_at, step_length
+from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
@@ -95,18 +95,8 @@ def distance_to_contact(
     marks, states = _driven(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
-    first = _first_below(apart, _least(apart[0], least))
-    return float(marks[first]) if first >= 0 else inf
-
-
-@kernel
-def _first_below(apart: Array2, least: Array1) -> int:
-    """The first row of `apart` (n, m) with a value below `least` (m,), or -1."""
-    for n in range(len(apart)):
-        for k in range(len(least)):
-            if apart[n, k] < least[k]:
-                return n
-    return -1
+    below = (apart < _least(apart[0], least)).any(axis=1)
+    return float(marks[np.argmax(below)]) if below.any() else inf
 
 
 def _least(begins: Array, least: float) -> Array:
@@ -200,23 +190,10 @@ def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[A
 
 
 def _times(plan: Trajectory, marks: Array) -> Array:
-    """When (n,) [s] the plan has driven the ways `marks` (n,) [m], which do not fall."""
-    times = np.empty(len(marks))
-    _when_driven(plan.times, plan.states, marks, times)
-    return times
-
-
-@kernel
-def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> None:
-    """Linear within a stage; where the plan stands still the time at which it comes to."""
-    k, before, step = 0, 0.0, step_length(states, 0)
-    for i in range(len(marks)):
-        while k < len(states) - 2 and (marks[i] > before + step):
-            before += step
-            k += 1
-            step = step_length(states, k)
-        share = min(max((marks[i] - before) / step, 0.0), 1.0) if step > 1e-9 else 0.0
-        found[i] = times[k] + share * (times[k + 1] - times[k])
+    """When (n,) [s] the plan comes to the distances `marks` (n,) [m]."""
+    driven = np.append(0.0, distances(plan.states))
+    end = int(np.searchsorted(driven, driven[-1] - 1e-9)) + 1  # it stands from there on
+    return np.interp(marks, driven[:end], plan.times[:end])
 
 
 def stop_clearance(config: ControllerConfig) -> float:
