@@ -49,7 +49,7 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, holding, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.sending import sent
+from rti_mpcc.safety.limiter import sent
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 if TYPE_CHECKING:  # a controller that plans no route does without
@@ -201,7 +201,7 @@ class DockingController:
         given to `step`.
 
         Args:
-            area: all of it; what differs by `rti_mpcc.planning.obstacles.MOVED` at most is no change.
+            area: all of it; what differs by `rti_mpcc.planning.surroundings.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.

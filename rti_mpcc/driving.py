@@ -17,14 +17,13 @@ from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.planning import aim, schedule, search
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
-from rti_mpcc.planning.surroundings import GOAL_REACH
+from rti_mpcc.planning.surroundings import CLEAR_TIME, GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import causes, contact, escape, fallback, holding, limiter, stopping
+from rti_mpcc.safety import contact, escape, fallback, holding, limiter
 from rti_mpcc.safety.contact import CLEAR_DISTANCE, Overlap
-from rti_mpcc.safety.decision import ControlDecision
+from rti_mpcc.safety.decision import ControlDecision, meeting, what_blocks, why_halted, why_stalled
 from rti_mpcc.scouting import first_plan
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
@@ -116,7 +115,7 @@ def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) 
     if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
         return None
     control = fallback.turn_wheels(context.state, angle, w.config)
-    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
     return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
 
 
@@ -140,7 +139,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
     if not conditions.passes_target(s, context, w.config):
-        why = causes.of_stall(s, context, w.config, w.mpcc.room)
+        why = why_stalled(s, context, w.config, w.mpcc.room)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = GOAL_REACH + context.along
@@ -175,7 +174,7 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     if reason is Reason.DOCKED:
         return _hold_at_goal(s, context, w)
     if reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
-        verdict = Verdict(reason, causes.before_stop(stop, context, w.config))
+        verdict = Verdict(reason, what_blocks(stop, context, w.config))
     else:
         verdict = Verdict(reason)
     return _stop(s, context, w, verdict)
@@ -189,7 +188,7 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) ->
     verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
     if holding.too_fast(s, context):
         return _stop(s, context, w, verdict)
-    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
     control, hold = holding.control(hold, s, context, w.config)
     return Driven(holding.balanced(s, hold, w.config), ControlDecision(control, verdict, motion))
 
@@ -369,14 +368,14 @@ def _follow_plan(
     later = 0.0 if s.task.halt is None else CLEAR_TIME
     distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:
-        slowing = stopping.slowing(context, plan, config)
+        slowing = fallback.slowing(context, plan, config)
         distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
-            s = causes.meeting(s, plan, distance, late, w.config)
-        return _stop(s, context, w, causes.held(s, distance), attempt=attempt, along=s.plans.driven)
+            s = meeting(s, plan, distance, late, w.config)
+        return _stop(s, context, w, why_halted(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
@@ -388,7 +387,7 @@ def _follow_plan(
 def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     unseen = aim.remark(s.goal)
     if s.task.stop is not None:
-        return Verdict(Reason.DRIVES_TO_STOP, causes.before_stop(s.task.stop, context, w.config))
+        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context, w.config))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
@@ -417,16 +416,16 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     changed = s.plans.clear_of != area.changes
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
-    slowing = stopping.slowing(context, plan, w.config)
+    slowing = fallback.slowing(context, plan, w.config)
     distance = contact.distance_to_moving(s, slowing, w.config)
     if changed:
         # A static obstacle behind the plan's end is no reason to stop.
-        end = stopping.distance_to_end(plan, context.state)
+        end = fallback.distance_to_end(plan, context.state)
         least = w.config.clearance.least
         distance = min(distance, contact.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
-    return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
+    return meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
 
 
 def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
@@ -467,10 +466,10 @@ def _stop(
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion = stopping.braking(context, wanted, config)
+        motion = fallback.braking(context, wanted, config)
         control = fallback.hold(state, config, context.acceleration)
     else:
-        motion, needed = stopping.braking_in_time(s, context, wanted, config, along)
+        motion, needed = fallback.braking_in_time(s, context, wanted, config, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
     return Driven(s, ControlDecision(control, verdict, motion, attempt))

@@ -22,12 +22,11 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import aim, ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.standstill import moving_speed
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import MOVED, Surroundings, obstacles_changed
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.scouting import takes_too_long
 

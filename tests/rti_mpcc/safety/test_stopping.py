@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.model.bicycle import step
-from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.safety.fallback import stopping_motion
 from rti_mpcc.types import Array
 
 WHEELBASE = 2.875
