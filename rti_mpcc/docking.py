@@ -143,7 +143,7 @@ class DockingController:
         make_ready()
         given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
         self.config, self.state, self._rerouter = config, replace(state, vehicle=given), rerouter
-        self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
+        self._workspaces = Workspaces(state, config)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
         self._filtering = config.goal_tracking.required
@@ -280,7 +280,8 @@ class DockingController:
             remarks = (*remarks, unfit, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
-            answer = command(decision, status, context, after, detections, remarks, self.config, clock)
+            aimed, at = context.target.pose, context.state
+            answer = command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -388,7 +389,7 @@ class DockingController:
         if s.vehicle.monitor.found:
             # A vehicle that holds inside the tolerance stays there.
             s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
-        w = self._workspaces_on(s).of(s, clock)
+        w = self._workspaces.of(s, clock)
         context = w.context(s)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
             s = self._targeted(next_segment(s))
@@ -405,25 +406,19 @@ class DockingController:
         if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
-        with self._workspaces_on(s).set_aside():
-            trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
-            segment = trial.task.segment
-            first, wheels = segment.part.first, segment.wheels or 0.0
-            start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-            w = replace(self._workspaces.of(trial, clock), start=start)
-            reaches = scouting.ends_at_goal(trial, w.context(trial), w)
+        trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
+        segment = trial.task.segment
+        first, wheels = segment.part.first, segment.wheels or 0.0
+        start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
+        w = replace(self._workspaces.of(trial, clock), start=start)
+        reaches = scouting.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
         wanted = scouting.OUT_OF_REACH if reaches is False else s.route.wanted
         return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
-    def _workspaces_on(self, s: ControllerState) -> Workspaces:
-        if self._workspaces.path is not s.path:
-            self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.segment)
-        return self._workspaces
-
     def _targeted(self, s: ControllerState) -> ControllerState:
         """With the present target of the segment."""
-        target = self._workspaces_on(s).target(s)
+        target = self._workspaces.target(s)
         return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------

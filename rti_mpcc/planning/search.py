@@ -58,7 +58,7 @@ class SqpResult:
 
     solutions: tuple[Solution, ...]
     problem: str
-    corridor_infeasible: bool
+    corridor_infeasible: bool = False
     out_of_time: bool = False
     retried: bool = False
 

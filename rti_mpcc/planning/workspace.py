@@ -6,14 +6,12 @@ gives the same workspace.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath
+from geometry import Corridor, PathPart, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
@@ -71,16 +69,19 @@ class _Active:
 class Workspaces:
     """Makes the workspace of each cycle, and keeps what is the same as in the last one."""
 
-    def __init__(
-        self, path: ReferencePath, corridor: Corridor, config: ControllerConfig, first: Segment
-    ) -> None:
-        self.path, self._settings = path, config
-        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
+    def __init__(self, s: ControllerState, config: ControllerConfig) -> None:
+        self._settings = config
+        self._onto(s)
+
+    def _onto(self, s: ControllerState) -> None:
+        """Onto the path of the state."""
+        self._path, corridor, config = s.path, s.area.corridor, self._settings
+        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(s.path.parts))
         if corridor.area is None:
             for k, room in enumerate(self._rooms):
                 tell_if_narrow(room, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
-        self._active = self._begun(first, corridor)
+        self._active = self._begun(s.task.segment, corridor)
 
     def _begun(self, segment: Segment, corridor: Corridor) -> _Active:
         config = segment.limited(self._settings)
@@ -92,7 +93,7 @@ class Workspaces:
     ) -> _Active:
         """With the room along the segment, beside the obstacles that are known now, and the pace by it."""
         index = segment.index
-        if core.part is self.path.parts[index]:
+        if core.part is self._path.parts[index]:
             room = with_obstacles(self._rooms[index], core.part, corridor, index, config)
         else:
             room = room_along(core.part, corridor, index, config)
@@ -103,21 +104,14 @@ class Workspaces:
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, with the known obstacles."""
+        if s.path is not self._path:
+            self._onto(s)
         active, corridor = self._active, s.area.corridor
         if s.task.segment is not active.segment:
             self._active = self._begun(s.task.segment, corridor)
         elif corridor is not active.corridor:
             self._active = self._looked_round(active.segment, active.config, active.mpcc, corridor)
         return self._active.mpcc
-
-    @contextmanager
-    def set_aside(self) -> Iterator[None]:
-        """The active core is active again afterwards, whichever is made meanwhile."""
-        active = self._active
-        try:
-            yield
-        finally:
-            self._active = active
 
     def of(self, s: ControllerState, clock: CycleClock) -> Workspace:
         """The workspace of a cycle in which the state is `s`."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 
 import numpy as np
@@ -63,62 +62,47 @@ def status_of(verdict: Verdict, task: Task) -> Status:
 def command(
     decision: ControlDecision,
     status: Status,
-    context: PlanningContext,
+    state: Array,
+    aim: Pose2,
     s: ControllerState,
-    detections: tuple[Judgement, ...],
-    remarks: tuple[str, ...],
-    config: ControllerConfig,
     clock: CycleClock,
+    config: ControllerConfig,
+    detections: tuple[Judgement, ...] = (),
+    remarks: tuple[str, ...] = (),
 ) -> Command:
-    """The command of a cycle; `remarks`: on its inputs."""
-    plan = decision.trajectory
+    """The command of a cycle whose control acts from `state` (6,) on, towards `aim`; `remarks`: on inputs."""
+    control, plan, attempt, arrival = decision.control, decision.trajectory, decision.attempt, s.task.arrival
     if s.clock.offset:
         times = plan.times - s.clock.offset
         read_only(times)
         plan = replace(plan, times=times)
-    arrival = s.task.arrival
-    diagnostics = _diagnosed(decision, context.state, context.target.pose, s, clock)(
-        time_to_go=None if arrival is None else arrival.at - context.begin,
+    solutions = attempt.solutions if attempt else ()
+    diagnostics = Diagnostics(
+        theta=float(state[THETA]),
+        part=s.task.segment.index,
+        objective=s.task.objective.kind,
+        weights=_first_weights(solutions),
+        failed=attempt is not None and bool(attempt.problem),
+        solver_status=solutions[-1].status if solutions else "",
+        iterations=sum(each.iterations for each in solutions),
+        residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
+        retried=attempt is not None and attempt.retried,
+        slack=float(solutions[-1].slack.max()) if solutions else 0.0,
+        aim=aim,
+        goal=s.goal.estimate,
+        time_to_go=None if arrival is None else arrival.at - (s.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
+        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
+        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
+        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
+        step_ms=1e3 * clock.seconds,
+        deadline_missed=clock.late(),
+        disturbance=s.vehicle.disturbance.acceleration,
+        steering_offset=s.vehicle.disturbance.steering,
+        cause=decision.verdict.reason,
+        iteration_limit=any(each.at_limit for each in solutions),
     )
-    return _command(decision.control, status, plan, diagnostics, config, s)
-
-
-def emergency(
-    control: ControlInput,
-    state: Array,
-    s: ControllerState,
-    verdict: Verdict,
-    config: ControllerConfig,
-    clock: CycleClock,
-) -> Command:
-    """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
-    pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    begin = s.now - s.clock.offset + s.vehicle.dead_time
-    times = stage_times(begin, np.full(config.stages, config.cycle))
-    motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
-    decision = ControlDecision(control, verdict, motion)
-    diagnostics = _diagnosed(decision, state, s.goal.pose or pose, s, clock)(
-        time_to_go=None,
-        reason=str(verdict),
-        detections=(),
-        objective=Objective.CONTOURING,
-        failed=True,
-    )
-    status = status_of(verdict, s.task)
-    return _command(control, status, motion, diagnostics, config, s)
-
-
-def _command(
-    control: ControlInput,
-    status: Status,
-    plan: Trajectory,
-    diagnostics: Diagnostics,
-    config: ControllerConfig,
-    s: ControllerState,
-) -> Command:
-    """What is sent of `control`, and what is said with it."""
     drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(
         acceleration=drive.acceleration,
@@ -133,6 +117,22 @@ def _command(
         goal=s.goal_setpoint,
         hold=control.source is Source.STANDSTILL and holding.stays_put(s),
     )
+
+
+def emergency(
+    control: ControlInput,
+    state: Array,
+    s: ControllerState,
+    verdict: Verdict,
+    config: ControllerConfig,
+    clock: CycleClock,
+) -> Command:
+    """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
+    pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    times = stage_times(s.now + s.vehicle.dead_time, np.full(config.stages, config.cycle))
+    motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
+    decision = ControlDecision(control, verdict, motion, SqpResult(solutions=(), problem=str(verdict)))
+    return command(decision, status_of(verdict, s.task), state, s.goal.pose or pose, s, clock, config)
 
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
@@ -155,37 +155,6 @@ def _turn_back(
     for k in range(len(controls)):
         controls[k, A] = (controls[k, A] - d) / gain
         controls[k, DELTA_DOT] = (states[k + 1, DELTA] - states[k, DELTA]) / (times[k + 1] - times[k])
-
-
-def _diagnosed(
-    decision: ControlDecision, state: Array, goal: Pose2, s: ControllerState, clock: CycleClock
-) -> partial[Diagnostics]:
-    """The diagnostics of a cycle but for time_to_go, reason and detections."""
-    solutions = decision.attempt.solutions if decision.attempt else ()
-    return partial(
-        Diagnostics,
-        theta=float(state[THETA]),
-        part=s.task.segment.index,
-        objective=s.task.objective.kind,
-        weights=_first_weights(solutions),
-        failed=decision.attempt is not None and bool(decision.attempt.problem),
-        solver_status=solutions[-1].status if solutions else "",
-        iterations=sum(each.iterations for each in solutions),
-        residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
-        retried=decision.attempt is not None and decision.attempt.retried,
-        slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        aim=goal,
-        goal=s.goal.estimate,
-        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
-        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
-        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
-        step_ms=1e3 * clock.seconds,
-        deadline_missed=clock.late(),
-        disturbance=s.vehicle.disturbance.acceleration,
-        steering_offset=s.vehicle.disturbance.steering,
-        cause=decision.verdict.reason,
-        iteration_limit=any(each.at_limit for each in solutions),
-    )
 
 
 def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
