@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation.goal_filter import CLOCK_SKEW
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
@@ -366,10 +367,10 @@ class DockingController:
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
-            # With its stamp on the controller's own clock.
-            offset = s.clock.offset
-            own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
-            judgement = self._filter.update(aim.with_vehicle_pose(own, s.vehicle))
+            # With its stamp on the controller's own clock, and the vehicle's pose then.
+            stamp = measurement.stamp + s.clock.offset
+            vehicle = measurement.vehicle or s.vehicle.poses.at(stamp, ahead=CLOCK_SKEW)
+            judgement = self._filter.update(replace(measurement, stamp=stamp, vehicle=vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
         fit = None

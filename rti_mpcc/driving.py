@@ -44,7 +44,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     after, decision = _decided(s, context, w)
     if w.clock.late() and decision.control.source is Source.SOLUTION:
         late = Reason.LATE.message
-        last = _go_on(after, s, context, w, late, decision.attempt, until_another=True)
+        last = _go_on(after, s, context, w, late, decision.attempt, whole=False)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
     return Driven(after, decision)
 
@@ -94,7 +94,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     if not attempt.problem:
         return _accept(s, context, w, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not latched):
-        last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=True)
+        last = _go_on(s, s, context, w, attempt.problem, attempt, whole=False)
         if last is not None:
             return last
     task = s.task
@@ -152,15 +152,11 @@ def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) ->
     """Stand, or brake to a standstill, while a route is planned, or if there is none."""
     route = s.route
     assert route is not None
+    why, last = route.wanted or route.why, route.manoeuvre
     if s.goal_pose is None:
-        verdict = Verdict(Reason.PLANS_WAY, "there is no goal yet")
-    elif route.wanted:
-        verdict = Verdict(Reason.PLANS_WAY, route.wanted)
-    elif route.manoeuvre is not None and not route.manoeuvre.found and route.why == route.manoeuvre.reason:
-        verdict = Verdict(Reason.NO_WAY, route.why)
-    else:
-        verdict = Verdict(Reason.PLANS_WAY, route.why)
-    return _stop(s, context, w, verdict)
+        return _stop(s, context, w, Verdict(Reason.PLANS_WAY, "there is no goal yet"))
+    none = last is not None and not last.found and why == last.reason
+    return _stop(s, context, w, Verdict(Reason.NO_WAY if none else Reason.PLANS_WAY, why))
 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -173,11 +169,8 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason, stop = _STANDS_AT[s.task.end], s.task.stop
     if reason is Reason.DOCKED:
         return _hold_at_goal(s, context, w)
-    if reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
-        verdict = Verdict(reason, what_blocks(stop, context, w.config))
-    else:
-        verdict = Verdict(reason)
-    return _stop(s, context, w, verdict)
+    about = "" if stop is None else what_blocks(stop, context, w.config)
+    return _stop(s, context, w, Verdict(reason, about))
 
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -186,7 +179,7 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) ->
     hold = s.task.hold
     assert hold is not None
     verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
-    if holding.too_fast(s, context):
+    if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
         return _stop(s, context, w, verdict)
     motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
     control, hold = holding.control(hold, s, context, w.config)
@@ -267,7 +260,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     if not attempt.problem:
         return _accept(s, context, w, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
-    last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=suspended is not None)
+    last = _go_on(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
@@ -279,7 +272,8 @@ def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspa
     if searching and accepted is not None and s.now - accepted > PLAN_AGE:
         return False
     elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
-    return (elsewhere or schedule.arrival_due(s, context, w.config)) and replan_due(s, context)
+    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context, w.config)
+    return (elsewhere or due) and replan_due(s, context)
 
 
 def _ends_elsewhere(
@@ -316,14 +310,13 @@ def _go_on(
     problem: str,
     attempt: SqpResult | None = None,
     *,
-    until_another: bool = False,
+    whole: bool = True,
 ) -> Driven | None:
-    """Continue the last accepted plan of `before`, clear to its end unless `until_another`; or None."""
+    """Continue the last accepted plan of `before`, clear to its end if `whole`; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
     if plan is None:
         return None
-    shifted, anywhere = Source.SHIFTED_PLAN, not until_another
-    return _follow_plan(s, context, w, plan, shifted, attempt, problem=problem, anywhere=anywhere)
+    return _follow_plan(s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, whole=whole)
 
 
 def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -357,14 +350,14 @@ def _follow_plan(
     attempt: SqpResult | None,
     *,
     problem: str = "",
-    anywhere: bool = False,
+    whole: bool = False,
 ) -> Driven:
-    """Drive a plan that is clear as far as a stop needs (`anywhere`: to its end), to a goal that is certain.
+    """Drive a plan that is clear as far as a stop needs (`whole`: to its end), to a goal that is certain.
 
     `problem`: why the plan is not of this cycle.
     """
     config = w.config
-    need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
+    need = inf if whole else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else CLEAR_TIME
     distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:

@@ -46,7 +46,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
             arrival = replace(arrival, at=at, timed_for=pose, overdue_since=None)
         return replace(s, task=replace(s.task, arrival=arrival))
     s = s.suspending(None)
-    if not _arrives(s, context, config):
+    if not arrives(s, context, config):
         return replace(s, task=replace(s.task, arrival=None))
     arrival = Arrival(at=context.begin + _duration(context, config), timed_for=pose)
     return replace(s, task=replace(s.task, arrival=arrival))
@@ -91,11 +91,6 @@ def calmed(s: ControllerState, context: PlanningContext, config: ControllerConfi
     return replace(s, task=replace(s.task, arrival=replace(arrival, at=at, calm=True)))
 
 
-def arrival_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a contouring vehicle should turn to its arrival now."""
-    return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
-
-
 def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObjective | None:
     """The objective that takes over from here on, by the way left along the path, or None."""
     left = context.target.stop - float(context.state[THETA])
@@ -130,7 +125,7 @@ def apart(one: Pose2, other: Pose2) -> float:
     return hypot(one.x - other.x, one.y - other.y)
 
 
-def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
     if not (config.arrival and s.task.segment.objective.arrives):
         return False

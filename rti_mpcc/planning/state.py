@@ -385,7 +385,7 @@ class ControllerState:
     @property
     def on_a_way(self) -> bool:
         """Whether there is a route that it drives or has stopped on."""
-        return self.task.segment.end is not SegmentEnd.STOP or self.task.stop is not None
+        return self.task.segment.end is not SegmentEnd.STOP
 
     @property
     def goal_pose(self) -> Pose2 | None:

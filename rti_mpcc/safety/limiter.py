@@ -107,7 +107,10 @@ def sent(
     before = s.sent[-1].acting(begins, actuators) if s.sent else (0.0, 0.0)
     a = drive.commanded(control.acceleration, before[0], cycle, limits.acceleration)
     rate = steering.commanded(control.steering_rate, before[1], cycle, limits.steering_rate)
-    speed, angle = _at_rest(s, before, begin)
+    # What drive and wheels would come to without more commands.
+    disturbance = s.vehicle.disturbance
+    speed = float(begin[V]) + drive.lag * disturbance.acting(before[0])
+    angle = disturbance.measured_steering(float(begin[DELTA])) + steering.lag * before[1]
     if s.sent:
         last, comfort = s.sent[-1], config.comfort
         speed = _led(last.speed, speed, comfort.acceleration, cycle)
@@ -118,31 +121,15 @@ def sent(
         acceleration=a,
         steering_rate=rate,
         before=before,
-        speed=_limited(speed + cycle * s.vehicle.disturbance.acting(a), limits.speed, float(now[V])),
+        speed=_limited(speed + cycle * disturbance.acting(a), limits.speed, float(now[V])),
         steering=_limited(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
     queue = queued(s.queue, actuation.queued(actuators, cycle), s.now)
-    earlier = s.sent[-round(KEPT / cycle) :] or (_nothing_yet(actuation, speed, angle, cycle),)
+    earlier = s.sent[-round(KEPT / cycle) :]
+    if not earlier:  # an actuator that waits is sent this for a while
+        still = replace(actuation, acceleration=0.0, steering_rate=0.0, speed=speed, steering=angle)
+        earlier = (replace(still, begins=begins - cycle),)
     return replace(s, queue=queue, sent=(*earlier, actuation))
-
-
-def _nothing_yet(first: Actuation, speed: float, steering: float, cycle: float) -> Actuation:
-    """What the vehicle is sent before the first command: an actuator that waits is sent it for a while."""
-    return replace(
-        first,
-        begins=first.begins - cycle,
-        acceleration=0.0,
-        steering_rate=0.0,
-        speed=speed,
-        steering=steering,
-    )
-
-
-def _at_rest(s: ControllerState, before: tuple[float, float], begin: Array) -> tuple[float, float]:
-    """Speed [m/s] and measured steering [rad] that drive and wheels would come to, without more commands."""
-    disturbance, (drive, steering) = s.vehicle.disturbance, s.vehicle.actuators
-    speed = float(begin[V]) + drive.lag * disturbance.acting(before[0])
-    return speed, disturbance.measured_steering(float(begin[DELTA])) + steering.lag * before[1]
 
 
 def _led(last: float, at_rest: float, comfort: float, seconds: float) -> float:
