@@ -422,25 +422,21 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
 
 
 def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
-    """With a halt for a contact after `distance` [m], if a stop needs `need` [m], or without one."""
-    halt = _halted(s.task.halt, distance, need, s.now)
-    if halt is s.task.halt:
+    """With a halt for a contact after `distance` [m] (inf: none): from when a stop needs `need` [m] so much,
+    until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
+    halt = s.task.halt
+    if distance <= need + (0.0 if halt is None else CLEAR_DISTANCE):
+        halt = Halt()
+    elif halt is None:
         return s
+    elif halt.clear_since is None:
+        halt = replace(halt, clear_since=s.now)
+    elif s.now - halt.clear_since < CLEAR_TIME:
+        return s
+    else:
+        halt = None
     since = s.now if halt is None else s.task.driving_since
     return replace(s, task=replace(s.task, halt=halt, driving_since=since))
-
-
-def _halted(halt: Halt | None, distance: float, needed: float, now: float) -> Halt | None:
-    """The halt for a contact of the plan after `distance` [m] (inf: none): from when a stop `needed` [m] so
-    much, until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
-    if distance <= needed:
-        return Halt()
-    if halt is None:
-        return None
-    if distance <= needed + CLEAR_DISTANCE:
-        return Halt()
-    since = now if halt.clear_since is None else halt.clear_since
-    return None if now - since >= CLEAR_TIME else replace(halt, clear_since=since)
 
 
 def _stop(

@@ -86,7 +86,6 @@ class Rerouter:
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
-        self._driven_in = area  # when the route was planned
         self._asked: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
         self._outdated = False  # the search was started in another area
@@ -113,8 +112,7 @@ class Rerouter:
         ):
             self.forget()
         self._outdated = self._planning is not None
-        added = area.solid_beside(self._driven_in, least)
-        return replace(s, area=s.area.in_another(area, ways.beside_way(s, added, self._config)))
+        return replace(s, area=s.area.in_another(area))
 
     def routed(self, s: ControllerState) -> ControllerState:
         """The state with another route, if one is needed and found, or without any, if one is needed."""
@@ -293,7 +291,6 @@ class Rerouter:
             self.forget()
             return replace(s, route=replace(route, why="", wanted=""))
         self.forget()
-        self._driven_in = self._area
         s = replace(s, area=s.area.without_path(self._area))
         told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
         return onto_way(s, found, told)

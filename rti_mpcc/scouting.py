@@ -76,12 +76,13 @@ def _blocked(
 ) -> PlannedStop | None:
     """The stop in front of the first static obstacle that the body on the course to the target touches."""
     begin, part = float(context.state[THETA]), s.task.segment.part
-    if not s.area.corridor.obstacles or target.theta <= begin:
+    may_block = s.area.replaced or len(s.area.corridor.obstacles) > 0
+    if not may_block or target.theta <= begin:
         return None
     bodies = ceil((target.theta - begin) / ways.CHECK_SPACING) + 1
     ahead = np.linspace(0.0, target.theta - begin, min(bodies, contact.MOST_BODIES))
     states = along_course(part, target, context.state, ahead, config)
-    first = contact.first_obstacle_met(s, states, config)
+    first = contact.first_blocked(s, states, config)
     if first is None:
         return None
     left = max(float(ahead[first]) - contact.stop_clearance(config), 0.0)

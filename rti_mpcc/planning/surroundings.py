@@ -36,15 +36,15 @@ class Surroundings:
     Attributes:
         corridor: with the static obstacles, which plans avoid; known: with all obstacles.
         obstacles: all of them; given_at: when they were given last [s].
-        added: outlines of what is new in the area since the route was planned, see `in_another`.
-        changes: number of changes of the static ones.
+        replaced: whether the area is another one than that in which the route was planned.
+        changes: number of changes of the static ones, and of the area.
         unreadable: why the last given ones are not used, or "".
     """
 
     corridor: Corridor
     known: Corridor
     obstacles: tuple[Obstacle, ...]
-    added: tuple[Array, ...] = ()
+    replaced: bool = False
     given_at: float = 0.0
     changes: int = 0
     unreadable: str = ""
@@ -75,21 +75,23 @@ class Surroundings:
 
     def without_path(self, area: Area) -> Surroundings:
         """The same obstacles in an area, in place of a corridor along a path."""
-        if self.corridor.area is area and not self.added:
+        if self.corridor.area is area and not self.replaced:
             return self
-        return self._on(Corridor.in_area(area), ())
+        return replace(self._in(area), replaced=False)
 
-    def in_another(self, area: Area, added: Sequence[Array]) -> Surroundings:
-        """The same obstacles in another area; `added`: shapes (m_i, 2) [m] near the route, solid since it was
-        planned. They count as obstacles: the vehicle stops in front of them and replans."""
-        return replace(self._on(Corridor.in_area(area), tuple(added)), changes=self.changes + 1)
+    def in_another(self, area: Area) -> Surroundings:
+        """The same obstacles in another area; what is new there may block the route."""
+        return replace(self._in(area), replaced=True, changes=self.changes + 1)
 
-    def _on(self, corridor: Corridor, added: tuple[Array, ...]) -> Surroundings:
-        stand = corridor.with_obstacles([*(each.outline for each in self.standing), *added])
-        known = stand
+    def _in(self, area: Area) -> Surroundings:
+        return self._on(Corridor.in_area(area).with_obstacles([each.outline for each in self.standing]))
+
+    def _on(self, corridor: Corridor) -> Surroundings:
+        """In a corridor with the static obstacles."""
+        known = corridor
         if self.moving:
-            known = corridor.with_obstacles([*(each.outline for each in self.obstacles), *added])
-        return replace(self, corridor=stand, known=known, added=added)
+            known = corridor.with_obstacles([each.outline for each in self.obstacles])
+        return replace(self, corridor=corridor, known=known)
 
     @property
     def standing(self) -> tuple[Obstacle, ...]:
@@ -108,19 +110,11 @@ class Surroundings:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in obstacles if not each.moves]
         changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
-        corridor = self.corridor.with_obstacles([*stand, *self.added]) if changed else self.corridor
-        everything = corridor
-        if len(stand) < len(obstacles):
-            known = [each.outline for each in obstacles]
-            everything = self.corridor.with_obstacles([*known, *self.added])
-        return Surroundings(
-            corridor=corridor,
-            known=everything,
-            obstacles=obstacles,
-            added=self.added,
-            given_at=now,
-            changes=self.changes + changed,
+        corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
+        after = replace(
+            self, obstacles=obstacles, given_at=now, changes=self.changes + changed, unreadable=""
         )
+        return after._on(corridor)
 
 
 def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area:

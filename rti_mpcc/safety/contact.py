@@ -107,10 +107,16 @@ def _least(begins: Array, least: float) -> Array:
     return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
 
 
-def first_obstacle_met(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:
-    """The first of the bodies at `states` (n, 6) that touches a static obstacle, or None."""
-    met = _distances(s, states, config, config.clearance.least)[:, 1:] <= 0.0
-    return int(np.argmax(met.any(axis=1))) if met.any() else None
+def first_blocked(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:
+    """The first of the bodies at `states` (n, 6) that touches a static obstacle, or None.
+
+    In another area than that of the route, what is solid there counts, too.
+    """
+    apart = _distances(s, states, config, config.clearance.least)
+    blocked = (apart[:, 1:] <= 0.0).any(axis=1)
+    if s.area.replaced:
+        blocked |= apart[:, 0] <= -CONTACT_TOLERANCE
+    return int(np.argmax(blocked)) if blocked.any() else None
 
 
 def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:

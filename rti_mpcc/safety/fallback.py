@@ -10,7 +10,7 @@
 
 Plans of 1 to 3 are checked with the exact body: one that is not clear over the distance that a stop in
 comfort needs, and a share more, is not driven; the vehicle brakes along its last plan, as gently as it stops
-in time. It stays blocked until the plan has been clear for a while, see `driving._halted`. Every command
+in time. It stays blocked until the plan has been clear for a while, see `driving._halting`. Every command
 passes `safety.limiter`.
 """
 
