@@ -27,7 +27,7 @@ from tests.rti_mpcc.docking_runs import (
 
 CYCLE = 0.05
 PLENTY = 40
-BEGIN, GONE = 3.0, 14.0
+BEGIN, GONE = 3.0, 15.0
 """When a wall comes and goes [s]."""
 
 Run = list[tuple[PlantState, Command]]
