@@ -1,7 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
 It composes the layers below: inputs are checked and related to the active segment; `driving` does what the
-phase asks for, or takes the next step of the fallback; `scouting` finds first plans; commands are checked.
+phase asks for, or takes the next step of the fallback; `course` ends the segment before what blocks it, and
+finds first plans; commands are checked.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from estimation.goal_filter import CLOCK_SKEW
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import scouting
+from rti_mpcc import course
 from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.behaviour.transitions import (
     Event,
@@ -244,7 +245,8 @@ class DockingController:
         2. Filter the detections of the goal, and let the goal setpoint follow.
         3. Change to another route if one is needed and planned; plan with the time that is left. Before a
            given path is started, check the reachability of its goal.
-        4. Predict where the command will start to act; start the next segment where this one has ended.
+        4. Predict where the command will start to act; start the next segment where this one has ended; end
+           the course before what blocks it.
         5. Drive what the phase asks for, or the next step of the fallback.
         6. Keep the command within the limits, and give its reason.
 
@@ -396,7 +398,7 @@ class DockingController:
             s = self._targeted(next_segment(s))
             w = self._workspaces.of(s, clock)
             context = w.context(s)
-        after = scouting.on_course(s, context, w.config)
+        after = course.on_course(s, context, w.config)
         return after, context if after.task.stop is s.task.stop else w.context(after), w
 
     def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -404,7 +406,7 @@ class DockingController:
 
         If a first plan from there misses it, the vehicle replans.
         """
-        if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
+        if self._rerouter is None or not course.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
         trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
@@ -412,9 +414,9 @@ class DockingController:
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
         w = replace(self._workspaces.of(trial, clock), start=start)
-        reaches = scouting.ends_at_goal(trial, w.context(trial), w)
+        reaches = course.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
-        wanted = scouting.OUT_OF_REACH if reaches is False else s.route.wanted
+        wanted = course.OUT_OF_REACH if reaches is False else s.route.wanted
         return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
     def _targeted(self, s: ControllerState) -> ControllerState:

@@ -11,6 +11,7 @@ from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_sin
 from rti_mpcc.behaviour.transitions import Event, plan_accepted, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.course import first_plan
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
@@ -24,7 +25,6 @@ from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, escape, fallback, holding, limiter
 from rti_mpcc.safety.contact import CLEAR_DISTANCE, Overlap
 from rti_mpcc.safety.decision import ControlDecision, meeting, what_blocks, why_halted, why_stalled
-from rti_mpcc.scouting import first_plan
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
 PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)

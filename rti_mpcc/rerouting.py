@@ -17,6 +17,7 @@ from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour.conditions import SETTLE_SHARE
 from rti_mpcc.behaviour.transitions import onto_way, without_way
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import takes_too_long
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
@@ -28,7 +29,6 @@ from rti_mpcc.planning.standstill import moving_speed
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.surroundings import MOVED, Surroundings, obstacles_changed
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.scouting import takes_too_long
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
