@@ -49,13 +49,10 @@ class Found(NamedTuple):
 
 
 def on_course(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """With the course up to the first static obstacle that blocks it, if obstacles or target have changed.
-
-    A vehicle that never replans may find a plan past an obstacle: its course does not end.
-    """
+    """With the course up to the first static obstacle that blocks it, if obstacles or target have changed."""
     task, target = s.task, s.task.target
     at_stop = task.stop is not None and task.phase in (Phase.SETTLING, Phase.HOLDING)
-    if s.route is None or target is None or context.doubt or not (at_stop or task.phase in SEEKING):
+    if target is None or context.doubt or not (at_stop or task.phase in SEEKING):
         return s
     if s.plans.course is not None:
         changes, pose = s.plans.course
