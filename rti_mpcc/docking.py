@@ -1,7 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
 It composes the layers below: inputs are checked and related to the active segment; `driving` does what the
-phase asks for, or takes the next step of the fallback; `scouting` finds first plans; commands are checked.
+phase asks for, or takes the next step of the fallback; `course` ends the segment before what blocks it, and
+finds first plans; commands are checked.
 """
 
 from __future__ import annotations
@@ -16,13 +17,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation.goal_filter import CLOCK_SKEW
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import scouting
-from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import may_change_direction
-from rti_mpcc.behaviour.transitions import Event, transition_on
+from rti_mpcc import course
+from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
+from rti_mpcc.behaviour.transitions import (
+    Event,
+    begun_again,
+    next_segment,
+    transition_on,
+    with_goal,
+    with_goal_corrected,
+    without_way,
+)
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
@@ -30,20 +39,19 @@ from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import actuation, aim, goals, sensing, stops, validation
+from rti_mpcc.planning import actuation, aim, goals, sensing, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.planning.standstill import dock_speed, rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
-from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, holding, limiter
 from rti_mpcc.safety.decision import command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.sending import sent
+from rti_mpcc.safety.limiter import sent
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 if TYPE_CHECKING:  # a controller that plans no route does without
@@ -127,7 +135,9 @@ class DockingController:
         )
         self.segments = None
         self._begin(
-            config, moves.without_way(begun, path, segments, "there is none yet"), Rerouter(area, config)
+            config,
+            without_way(begun, path, segments, "there is none yet"),
+            Rerouter(area, config),
         )
         return self
 
@@ -135,7 +145,7 @@ class DockingController:
         make_ready()
         given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
         self.config, self.state, self._rerouter = config, replace(state, vehicle=given), rerouter
-        self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
+        self._workspaces = Workspaces(state, config)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
         self._filtering = config.goal_tracking.required
@@ -193,7 +203,7 @@ class DockingController:
         given to `step`.
 
         Args:
-            area: all of it; what differs by `rti_mpcc.planning.obstacles.MOVED` at most is no change.
+            area: all of it; what differs by `rti_mpcc.planning.surroundings.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.
@@ -235,7 +245,8 @@ class DockingController:
         2. Filter the detections of the goal, and let the goal setpoint follow.
         3. Change to another route if one is needed and planned; plan with the time that is left. Before a
            given path is started, check the reachability of its goal.
-        4. Predict where the command will start to act; start the next segment where this one has ended.
+        4. Predict where the command will start to act; start the next segment where this one has ended; end
+           the course before what blocks it.
         5. Drive what the phase asks for, or the next step of the fallback.
         6. Keep the command within the limits, and give its reason.
 
@@ -272,7 +283,8 @@ class DockingController:
             remarks = (*remarks, unfit, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
-            answer = command(decision, status, context, after, detections, remarks, self.config, clock)
+            aimed, at = context.target.pose, context.state
+            answer = command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -341,9 +353,9 @@ class DockingController:
         """With another planned goal; the detections of another dock start anew."""
         dock = s.goal.dock
         if goal and dock and goal.relative_to(dock).within(self.config.goal_tolerance):
-            return moves.with_goal_corrected(s, goal)
+            return with_goal_corrected(s, goal)
         self._filter.reset()
-        return moves.with_goal(s, goal)
+        return with_goal(s, goal)
 
     def _goal_located(
         self, s: ControllerState, given: Sequence[GoalMeasurement]
@@ -361,10 +373,10 @@ class DockingController:
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
-            # With its stamp on the controller's own clock.
-            offset = s.clock.offset
-            own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
-            judgement = self._filter.update(aim.with_vehicle_pose(own, s.vehicle))
+            # With its stamp on the controller's own clock, and the vehicle's pose then.
+            stamp = measurement.stamp + s.clock.offset
+            vehicle = measurement.vehicle or s.vehicle.poses.at(stamp, ahead=CLOCK_SKEW)
+            judgement = self._filter.update(replace(measurement, stamp=stamp, vehicle=vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
         fit = None
@@ -384,44 +396,37 @@ class DockingController:
         if s.vehicle.monitor.found:
             # A vehicle that holds inside the tolerance stays there.
             s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
-        w = self._workspaces_on(s).of(s, clock)
-        context = w.context(s)
-        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
-            return s, context, w
-        s = self._targeted(moves.next_segment(s))
         w = self._workspaces.of(s, clock)
-        return s, w.context(s), w
+        context = w.context(s)
+        if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
+            s = self._targeted(next_segment(s))
+            w = self._workspaces.of(s, clock)
+            context = w.context(s)
+        after = course.on_course(s, context, w.config)
+        return after, context if after.task.stop is s.task.stop else w.context(after), w
 
     def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Before a given path is started, check that the goal is reached from its last change of direction.
 
         If a first plan from there misses it, the vehicle replans.
         """
-        if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
+        if self._rerouter is None or not course.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
-        with self._workspaces_on(s).set_aside():
-            trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
-            segment = trial.task.segment
-            first, wheels = segment.part.first, segment.wheels or 0.0
-            start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-            w = replace(self._workspaces.of(trial, clock), start=start)
-            reaches = scouting.ends_at_goal(trial, w.context(trial), w)
+        trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
+        segment = trial.task.segment
+        first, wheels = segment.part.first, segment.wheels or 0.0
+        start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
+        w = replace(self._workspaces.of(trial, clock), start=start)
+        reaches = course.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
-        wanted = scouting.OUT_OF_REACH if reaches is False else s.route.wanted
+        wanted = course.OUT_OF_REACH if reaches is False else s.route.wanted
         return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
-    def _workspaces_on(self, s: ControllerState) -> Workspaces:
-        if self._workspaces.path is not s.path:
-            self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.whole)
-        return self._workspaces
-
     def _targeted(self, s: ControllerState) -> ControllerState:
-        """With the present target of the segment, and without a stop in front of what may be gone."""
-        target = self._workspaces_on(s).target(s)
-        if target != s.task.target:
-            s = replace(s, task=replace(s.task, target=target))
-        return moves.released(s) if stops.way_may_be_free(s) else s
+        """With the present target of the segment."""
+        target = self._workspaces.target(s)
+        return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -446,7 +451,7 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = sent(moves.begun_again(s, str(verdict)), control, at, start, config)
+        s = sent(begun_again(s, str(verdict)), control, at, start, config)
         return s, emergency(control, start, s, verdict, config, clock)
 
 
@@ -490,7 +495,7 @@ def _looking_again(s: ControllerState, status: Status, reason: Reason) -> Contro
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
-    blocked = held and s.task.stop is None and not s.task.looks_past
+    blocked = held and s.task.stop is None
     waits = halt is not None and halt.clear_since is not None
     tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

@@ -6,29 +6,28 @@ from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
-from rti_mpcc.behaviour import conditions, moves
+from rti_mpcc.behaviour import conditions
 from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
-from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
+from rti_mpcc.behaviour.transitions import Event, plan_accepted, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.course import first_plan
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
-from rti_mpcc.planning import aim, schedule, search, stops
+from rti_mpcc.planning import aim, schedule, search
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
-from rti_mpcc.planning.stops import CLEAR_DISTANCE
-from rti_mpcc.planning.surroundings import GOAL_REACH
+from rti_mpcc.planning.surroundings import CLEAR_TIME, GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import causes, contact, escape, fallback, holding, limiter, stopping
-from rti_mpcc.safety.contact import Overlap
-from rti_mpcc.safety.decision import ControlDecision
-from rti_mpcc.scouting import first_plan, sought
+from rti_mpcc.safety import contact, escape, fallback, holding, limiter
+from rti_mpcc.safety.contact import CLEAR_DISTANCE, Overlap
+from rti_mpcc.safety.decision import ControlDecision, meeting, what_blocks, why_halted, why_stalled
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
+PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
 WHEELS_REACH = 0.5  # [m] from its start, at most
 
@@ -45,7 +44,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     after, decision = _decided(s, context, w)
     if w.clock.late() and decision.control.source is Source.SOLUTION:
         late = Reason.LATE.message
-        last = _go_on(after, s, context, w, late, decision.attempt, until_another=True)
+        last = _go_on(after, s, context, w, late, decision.attempt, whole=False)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
     return Driven(after, decision)
 
@@ -89,20 +88,17 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return turning
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
-    s, attempt, context = first_plan(s, context, w)
+    s, attempt = first_plan(s, context, w)
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
-    if s.task.phase is Phase.HOLDING:
-        return _hold(s, context, w)
     if not attempt.problem:
         return _accept(s, context, w, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not latched):
-        last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=True)
+        last = _go_on(s, s, context, w, attempt.problem, attempt, whole=False)
         if last is not None:
             return last
     task = s.task
-    going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
+    if not latched and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -114,23 +110,19 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
-    angle, (*_, delta, theta) = s.task.whole.wheels, context.state.tolist()
-    near = theta - s.task.whole.part.start <= WHEELS_REACH * w.config.size
+    angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
+    near = theta - s.task.segment.part.start <= WHEELS_REACH * w.config.size
     if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
         return None
     control = fallback.turn_wheels(context.state, angle, w.config)
-    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
     return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
 
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Continue with the plan, unless another one is needed and found."""
-    s, distance = _distance_on_driven(s, w)
-    in_view = contact.comes_into_view(s, context, w.config) and not stops.is_old(s)
-    if in_view or distance < inf or _wants_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w, distance)
-        if in_view and s.plans.suspended is None:
-            s = stops.looked(s, context, w.config)
+    if _wants_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w)
         if decision is not None:
             return Driven(s, decision)
     successor = schedule.successor_due(s, context)
@@ -147,7 +139,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
     if not conditions.passes_target(s, context, w.config):
-        why = causes.of_stall(s, context, w.config, w.mpcc.room)
+        why = why_stalled(s, context, w.config, w.mpcc.room)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = GOAL_REACH + context.along
@@ -160,15 +152,11 @@ def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) ->
     """Stand, or brake to a standstill, while a route is planned, or if there is none."""
     route = s.route
     assert route is not None
+    why, last = route.wanted or route.why, route.manoeuvre
     if s.goal_pose is None:
-        verdict = Verdict(Reason.PLANS_WAY, "there is no goal yet")
-    elif route.wanted:
-        verdict = Verdict(Reason.PLANS_WAY, route.wanted)
-    elif route.manoeuvre is not None and not route.manoeuvre.found and route.why == route.manoeuvre.reason:
-        verdict = Verdict(Reason.NO_WAY, route.why)
-    else:
-        verdict = Verdict(Reason.PLANS_WAY, route.why)
-    return _stop(s, context, w, verdict)
+        return _stop(s, context, w, Verdict(Reason.PLANS_WAY, "there is no goal yet"))
+    none = last is not None and not last.found and why == last.reason
+    return _stop(s, context, w, Verdict(Reason.NO_WAY if none else Reason.PLANS_WAY, why))
 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -178,14 +166,11 @@ def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    reason, stop = _STANDS_AT[s.task.segment.end], s.task.stop
+    reason, stop = _STANDS_AT[s.task.end], s.task.stop
     if reason is Reason.DOCKED:
         return _hold_at_goal(s, context, w)
-    if reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
-        verdict = Verdict(reason, causes.before_stop(stop, context, w.config))
-    else:
-        verdict = Verdict(reason)
-    return _stop(s, context, w, verdict)
+    about = "" if stop is None else what_blocks(stop, context, w.config)
+    return _stop(s, context, w, Verdict(reason, about))
 
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -194,9 +179,9 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) ->
     hold = s.task.hold
     assert hold is not None
     verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
-    if holding.too_fast(s, context):
+    if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
         return _stop(s, context, w, verdict)
-    motion = stopping.braking(context, w.config.comfort_acceleration, w.config)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
     control, hold = holding.control(hold, s, context, w.config)
     return Driven(holding.balanced(s, hold, w.config), ControlDecision(control, verdict, motion))
 
@@ -238,31 +223,24 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace, distance: float
+    s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
-    An arrival that goes through something, or misses its target, is searched again `stops.REPLAN_INTERVAL`
-    later, from nearer. `distance`: along the present plan to a contact [m], or inf.
+    An arrival that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later,
+    from nearer.
     """
-    trial = sought(s, context, w, distance)
-    found = first_plan(trial, context if trial is s else w.context(trial), w)
-    attempt, stop = found.attempt, found.s.task.stop
-    if distance == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
-        # No route past: the stop is needed, and the plan to it is as good as another one.
-        return stops.confirmed(s), None
-    too_late = schedule.too_late(s, context, w.config)
-    in_vain = stop is None and attempt.corridor_infeasible and not attempt.out_of_time
-    if s.task.phase is Phase.CONTOURING and in_vain and not too_late:
-        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
-    if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
-        elsewhere = _ends_elsewhere(found.s, attempt.plan, found.context, w.config)
-        if not elsewhere or distance < inf or s.task.phase is Phase.CONTOURING:
-            return _accept(found.s, found.context, w, attempt, found.s.plans.solution)
-        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
-    after = s.suspending(found.s.plans.suspended)
-    if not attempt.out_of_time:
-        after = stops.still_filled(after)
+    found, attempt = first_plan(s, context, w)
+    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context, w.config)
+    if cruises:
+        in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
+    else:
+        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context, w.config)
+    if in_vain:
+        return replace(s, route=found.route, task=replace(s.task, looked_at=s.now)), None
+    if not attempt.problem:
+        return _accept(found, context, w, attempt, found.plans.solution)
+    after = s.suspending(found.plans.suspended)
     if too_late:
         firm = w.config.firm_deceleration
         return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
@@ -274,36 +252,28 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     valid, suspended = s.plans.valid, s.plans.suspended
     start = search.going_on(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
-        start = search.clean(valid, w.config)
+        start = search.clean(valid)
     attempt = search.converge(w.mpcc, s, context, start, w.clock)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        clean = search.converge(w.mpcc, s, context, search.clean(valid, w.config), w.clock)
+        clean = search.converge(w.mpcc, s, context, search.clean(valid), w.clock)
         attempt = attempt.then(replace(clean, retried=True))
     if not attempt.problem:
         return _accept(s, context, w, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
-    last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=suspended is not None)
+    last = _go_on(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Distance [m] along the driven plan to what has changed and blocks it, or inf."""
-    plan = s.plans.driven
-    if plan is None or s.plans.clear_of == s.area.changes:
-        return s, inf
-    distance = contact.distance_to_contact(s, plan, w.config)
-    return (s if distance < inf else stops.found_clear(s)), distance
-
-
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
-    """Whether the driven plan stops where the route may be clear now, or its arrival should start."""
-    if stops.is_old(s):
+    """Whether the arrival should start, or the driven plan misses the target. An old plan is iterated first,
+    unless the vehicle halts."""
+    plan, accepted = s.plans.driven, s.plans.accepted_at
+    searching = s.plans.suspended is not None and s.task.halt is None
+    if searching and accepted is not None and s.now - accepted > PLAN_AGE:
         return False
-    if stops.way_may_be_free(s):
-        return True
-    if s.plans.driven and _ends_elsewhere(s, s.plans.driven, context, w.config):
-        return replan_due(s, context)
-    return schedule.arrival_due(s, context, w.config) and replan_due(s, context)
+    elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
+    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context, w.config)
+    return (elsewhere or due) and replan_due(s, context)
 
 
 def _ends_elsewhere(
@@ -328,7 +298,7 @@ def _accept(
     plan = attempt.plan
     s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
     if decision.control.source is Source.SOLUTION:
-        return Driven(moves.plan_accepted(s, plan, solution), decision)
+        return Driven(plan_accepted(s, plan, solution), decision)
     return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
 
 
@@ -340,14 +310,13 @@ def _go_on(
     problem: str,
     attempt: SqpResult | None = None,
     *,
-    until_another: bool = False,
+    whole: bool = True,
 ) -> Driven | None:
-    """Continue the last accepted plan of `before`, clear to its end unless `until_another`; or None."""
+    """Continue the last accepted plan of `before`, clear to its end if `whole`; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
     if plan is None:
         return None
-    shifted, anywhere = Source.SHIFTED_PLAN, not until_another
-    return _follow_plan(s, context, w, plan, shifted, attempt, problem=problem, anywhere=anywhere)
+    return _follow_plan(s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, whole=whole)
 
 
 def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -381,25 +350,25 @@ def _follow_plan(
     attempt: SqpResult | None,
     *,
     problem: str = "",
-    anywhere: bool = False,
+    whole: bool = False,
 ) -> Driven:
-    """Drive a plan that is clear as far as a stop needs (`anywhere`: to its end), to a goal that is certain.
+    """Drive a plan that is clear as far as a stop needs (`whole`: to its end), to a goal that is certain.
 
     `problem`: why the plan is not of this cycle.
     """
     config = w.config
-    need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
+    need = inf if whole else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else CLEAR_TIME
     distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:
-        slowing = stopping.slowing(context, plan, config)
+        slowing = fallback.slowing(context, plan, config)
         distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
-            s = causes.meeting(s, plan, distance, late, w.config)
-        return _stop(s, context, w, causes.held(s, distance), attempt=attempt, along=s.plans.driven)
+            s = meeting(s, plan, distance, late, w.config)
+        return _stop(s, context, w, why_halted(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
@@ -411,7 +380,7 @@ def _follow_plan(
 def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     unseen = aim.remark(s.goal)
     if s.task.stop is not None:
-        return Verdict(Reason.DRIVES_TO_STOP, causes.before_stop(s.task.stop, context, w.config))
+        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context, w.config))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
@@ -440,23 +409,32 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     changed = s.plans.clear_of != area.changes
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
-    slowing = stopping.slowing(context, plan, w.config)
+    slowing = fallback.slowing(context, plan, w.config)
     distance = contact.distance_to_moving(s, slowing, w.config)
     if changed:
         # A static obstacle behind the plan's end is no reason to stop.
-        end = stopping.distance_to_end(plan, context.state)
+        end = fallback.distance_to_end(plan, context.state)
         least = w.config.clearance.least
         distance = min(distance, contact.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
-    return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
+    return meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
 
 
 def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
-    """With a halt for a contact after `distance` [m], if a stop needs `need` [m], or without one."""
-    halt = stops.halted(s.task.halt, distance, need, s.now)
-    if halt is s.task.halt:
+    """With a halt for a contact after `distance` [m] (inf: none): from when a stop needs `need` [m] so much,
+    until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
+    halt = s.task.halt
+    if distance <= need + (0.0 if halt is None else CLEAR_DISTANCE):
+        halt = Halt()
+    elif halt is None:
         return s
+    elif halt.clear_since is None:
+        halt = replace(halt, clear_since=s.now)
+    elif s.now - halt.clear_since < CLEAR_TIME:
+        return s
+    else:
+        halt = None
     since = s.now if halt is None else s.task.driving_since
     return replace(s, task=replace(s.task, halt=halt, driving_since=since))
 
@@ -477,10 +455,10 @@ def _stop(
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion = stopping.braking(context, wanted, config)
+        motion = fallback.braking(context, wanted, config)
         control = fallback.hold(state, config, context.acceleration)
     else:
-        motion, needed = stopping.braking_in_time(s, context, wanted, config, along)
+        motion, needed = fallback.braking_in_time(s, context, wanted, config, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
     return Driven(s, ControlDecision(control, verdict, motion, attempt))

@@ -1,13 +1,12 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path or of a planned route, and a stop in front of what blocks it, are segments, driven in the same
-way. A stop is a piece of the segment that is continued afterwards.
+Parts of a path and of a planned route are segments, driven in the same way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import groupby, pairwise
 from math import inf, nan, radians
@@ -31,26 +30,7 @@ class SegmentEnd(Enum):
     """The goal pose, known or detected, beside or behind the path's end."""
     CUSP = "cusp"
     STOP = "stop before something in the way"
-    """From where the next segment continues."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedStop:
-    """A stop in front of something that blocks the route.
-
-    Attributes:
-        at: progress [m].
-        goal, obstacles: the goal, and the number of obstacle changes, for which no route past was found;
-            obstacles None: there was no time yet to search one.
-        since: when the last search failed [s].
-        met: what blocks the route, and where, for the reasons of commands.
-    """
-
-    at: float
-    goal: Pose2 | None
-    obstacles: int | None
-    since: float
-    met: str = field(default="", compare=False)
+    """Only made by the controller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,7 +47,6 @@ class Segment(Admitted):
         dwell: least time [s] at rest at its end, a cusp.
         objective: until an arrival is planned or another objective takes over.
         target: where it ends, by its part and the goal or None; None: at the goal, or the part's own end.
-        stop: in front of something, only made by the controller; piece_of: the whole segment then.
 
     Raises:
         InputError: a limit or tolerance that is not positive, or a negative margin or dwell.
@@ -84,8 +63,6 @@ class Segment(Admitted):
     dwell: float = 0.0
     objective: HorizonObjective = CONTOURING
     target: Callable[[PathPart, Pose2 | None], Target] | None = None
-    stop: PlannedStop | None = None
-    piece_of: Segment | None = None
 
     def __post_init__(self) -> None:
         admit(self)
@@ -105,18 +82,6 @@ class Segment(Admitted):
     def length(self) -> float:
         """Of its part [m]."""
         return self.part.end - self.part.start
-
-    @property
-    def whole(self) -> Segment:
-        """What this is a piece of, or itself."""
-        return self if self.piece_of is None else self.piece_of
-
-    @door(late=True)
-    def stopped(self, stop: PlannedStop, tolerance: tuple[float, float, float]) -> Segment:
-        """Its piece up to a stop before something in the way."""
-        return replace(
-            self.whole, end=SegmentEnd.STOP, tolerance=tolerance, dwell=0.0, stop=stop, piece_of=self.whole
-        )
 
     @door(late=True)
     def limited(self, config: ControllerConfig) -> ControllerConfig:
@@ -224,7 +189,7 @@ def checked_manoeuvre(segments: Segments, path: ReferencePath) -> Segments:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        if segment.end is SegmentEnd.STOP or segment.stop is not None or segment.piece_of is not None:
+        if segment.end is SegmentEnd.STOP:
             raise InputError(f"{name}: only the controller makes stops")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):

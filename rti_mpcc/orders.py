@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from geometry import Pose2
-from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.errors import InputError
 from rti_mpcc.manoeuvre import Manoeuvre
@@ -64,6 +63,5 @@ def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> 
 
 
 def _with_goal(s: ControllerState, goal: Pose2, terms: GoalTerms) -> ControllerState:
-    s = moves.with_goal(s, goal)
     known = GoalState(planned=goal, dock=goal, pose=goal, origin=GoalOrigin.GIVEN, terms=terms)
     return replace(s, goal=known)

@@ -14,22 +14,21 @@ from math import tan
 import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
-from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import SETTLE_SHARE
+from rti_mpcc.behaviour.transitions import onto_way, without_way
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import takes_too_long
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import aim, ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.standstill import moving_speed
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import MOVED, Surroundings, obstacles_changed
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.scouting import takes_too_long
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
@@ -87,7 +86,6 @@ class Rerouter:
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
-        self._driven_in = area  # when the route was planned
         self._asked: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
         self._outdated = False  # the search was started in another area
@@ -114,8 +112,7 @@ class Rerouter:
         ):
             self.forget()
         self._outdated = self._planning is not None
-        added = area.solid_beside(self._driven_in, least)
-        return replace(s, area=s.area.in_another(area, ways.beside_way(s, added, self._config)))
+        return replace(s, area=s.area.in_another(area))
 
     def routed(self, s: ControllerState) -> ControllerState:
         """The state with another route, if one is needed and found, or without any, if one is needed."""
@@ -127,11 +124,11 @@ class Rerouter:
             here = ways.here(s, self._config)
             if apart(here, s.path.start) > OFF_PATH:
                 # It is first measured there, or was relocated: nothing would be driven so far off a route.
-                s = moves.without_way(s, *standing_route(here), route.why)
+                s = without_way(s, *standing_route(here), route.why)
             return self._answered(s)
         why = self._asks(s)
         if why and s.on_planned_way:
-            s = moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
+            s = without_way(s, *standing_route(ways.here(s, self._config)), why)
         else:
             wanted = route.wanted if why or s.task.drives else ""
             if (why, wanted) != (route.why, route.wanted):
@@ -146,14 +143,14 @@ class Rerouter:
         """The state of a vehicle that leaves its route and replans in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
+        return without_way(s, *standing_route(ways.here(s, self._config)), why)
 
     def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
         """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
         s = self.leaving(s, "")
         assert s.route is not None
         route = replace(s.route, manoeuvre=manoeuvre, ways=s.route.ways + 1, fixed=True)
-        return moves.onto_way(s, manoeuvre, route)
+        return onto_way(s, manoeuvre, route)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Plan with the time that this cycle has left."""
@@ -294,10 +291,9 @@ class Rerouter:
             self.forget()
             return replace(s, route=replace(route, why="", wanted=""))
         self.forget()
-        self._driven_in = self._area
         s = replace(s, area=s.area.without_path(self._area))
         told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
-        return moves.onto_way(s, found, told)
+        return onto_way(s, found, told)
 
 
 def _as_it_is(s: ControllerState) -> bool:

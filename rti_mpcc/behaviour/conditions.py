@@ -13,10 +13,8 @@ from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.obstacles import MOVED, obstacles_changed
 from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
-from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
 TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion on its route
@@ -28,6 +26,7 @@ SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; 
 SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
 DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
 CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
+REPLAN_INTERVAL = 0.5  # [s] between two searches for a plan, at least
 GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it failed, looks less often
 
 # -- asked in every cycle -------------------------------------------------------------------------------
@@ -78,20 +77,19 @@ def passes_target(s: ControllerState, context: PlanningContext, config: Controll
 
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """The target has moved since the vehicle stalled, and is not behind it."""
-    stall = s.task.stall
+    stalled_at = s.task.stalled_at
     if passes_target(s, context, config):
         return False
-    return stall is None or not context.within(
-        context.target.pose.relative_to(stall.target.pose), SETTLE_SHARE
+    return stalled_at is None or not context.within(
+        context.target.pose.relative_to(stalled_at[0]), SETTLE_SHARE
     )
 
 
 def surroundings_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """The static obstacles have changed since it stalled, and it has stood there for a while."""
-    stall = s.task.stall
-    if stall is None or not s.vehicle.is_stationary(context.now, GIVE_UP_TIME):
-        return False
-    return obstacles_changed(stall.obstacles, s.area.standing, MOVED)
+    stalled_at = s.task.stalled_at
+    changed = stalled_at is not None and stalled_at[1] != s.area.changes
+    return changed and s.vehicle.is_stationary(context.now, GIVE_UP_TIME)
 
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

@@ -1,4 +1,4 @@
-"""The table of transitions, and the two functions that run it.
+"""The table of transitions, the two functions that run it, and what changes in the state with an event.
 
 `transition_by_condition` asks in every cycle for the first event whose condition holds. `transition_on` takes
 an event that other code reports: a plan, an obstacle, the end of a segment.
@@ -10,10 +10,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 
+from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import Manoeuvre, Segments
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, PlannedStop, Plans, RouteState, Task
+from rti_mpcc.types import GoalOrigin, Trajectory
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
 
@@ -46,17 +50,14 @@ class Event(Enum):
     # Reported by the code that finds it.
     CRUISE_FOUND = SEEKING, CONTOURING, "a plan along the path is found"
     ARRIVAL_FOUND = SEEKING, ARRIVING, "a plan that arrives is found"
-    ANOTHER_SOUGHT = DRIVING, STARTING, "a trial: a plan to another end is searched"
-    WAY_FILLED = SEEKING, STARTING, "something blocks the route: a stop in front of it"
-    STOP_IS_HERE = (STARTING,), HOLDING, "that stop is right here: the vehicle stays"
-    WAY_MAY_BE_FREE = (STARTING, SETTLING, HOLDING), STARTING, "what blocked the route has changed"
+    COURSE_CHANGED = (*SEEKING, SETTLING, HOLDING), STARTING, "the course ends elsewhere"
+    STOP_IS_HERE = (STARTING,), HOLDING, "it ends right here, before an obstacle: the vehicle stays"
     STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
     PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
     GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
     GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
     FOUND_ELSEWHERE = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
     OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
-    GOAL_CHANGED = ON_ROUTE, STARTING, "the goal of another dock is given while the vehicle drives to a stop"
     SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
     MISTAKE = ON_ROUTE, STARTING, "an internal error in a cycle"
     WAY_LOST = ANY, PLANNING, "another route is needed"
@@ -90,8 +91,7 @@ def transition_by_condition(
         if holds(s, context, config):
             s = _entering(s, phase)
             if phase is STALLED:
-                stall = Stall(target=context.target, obstacles=s.area.standing)
-                s = replace(s, task=replace(s.task, stall=stall))
+                s = replace(s, task=replace(s.task, stalled_at=(context.target.pose, s.area.changes)))
             return s
     return s
 
@@ -112,4 +112,108 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
         vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
     task = replace(s.task, arrival=None, phase=STARTING, outside_since=None, hold=None)
-    return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))
+    return replace(s, vehicle=vehicle, task=task, plans=Plans())
+
+
+# -- plans ----------------------------------------------------------------------------------------------
+
+
+def plan_found(s: ControllerState) -> ControllerState:
+    """Drive the first plan that was found."""
+    s = transition_on(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
+    return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
+
+
+def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | None) -> ControllerState:
+    """A plan was accepted for driving: nothing holds the vehicle any more.
+
+    `solution`: its iterate, which the next cycle resumes.
+    """
+    task = s.task
+    if task.latched or task.looked_at is not None:
+        looked_at = task.looked_at if task.phase is Phase.CONTOURING else None  # of a cruise
+        task = replace(task, latched="", looked_at=looked_at)
+    plans = replace(
+        s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.now, clear_of=s.area.changes
+    )
+    return replace(s, task=task, plans=plans)
+
+
+# -- goals and segments -----------------------------------------------------------------------------------
+
+
+def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
+    """The planned goal is that of another dock: nothing is known of it yet."""
+    known = replace(
+        s.goal,
+        dock=goal,
+        planned=goal,
+        pose=goal,
+        estimate=None,
+        estimated_at=None,
+        estimate_fit=None,
+        followed=None,
+        undetected="",
+        origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
+    )
+    return replace(s, goal=known)
+
+
+def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
+    """The planned goal of the same dock is known better; its detections are kept."""
+    pose = goal if s.goal.followed is None else s.goal.pose
+    return replace(s, goal=replace(s.goal, planned=goal, pose=pose, origin=GoalOrigin.GIVEN))
+
+
+def next_segment(s: ControllerState) -> ControllerState:
+    """Start the next segment of the manoeuvre."""
+    return replace(
+        transition_on(s, Event.SEGMENT_ENDED),
+        goal=replace(s.goal, waiting=False),
+        task=Task(segments=s.task.segments[1:]),
+        plans=Plans(),
+        begin=None,
+    )
+
+
+def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
+    """Stand on this route of no length until a route is planned."""
+    assert s.route is not None
+    route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
+    s = replace(s, path=path, task=Task(segments=segments), plans=Plans(), route=route, begin=None)
+    return transition_on(s, Event.WAY_LOST)
+
+
+def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
+    """Start a manoeuvre that was planned from here, with the last plan until there is another one."""
+    if s.goal.pose is None:
+        goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
+        s = replace(s, goal=goal)
+    plans = _last_plan(s)
+    s = transition_on(s, Event.WAY_PLANNED)
+    task = Task(segments=manoeuvre.segments)
+    return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
+
+
+def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> ControllerState:
+    """The course ends elsewhere: plan to there, with the last plan until then; `here`: stay at the stop."""
+    plans = replace(_last_plan(s), course=s.plans.course)
+    s = transition_on(s, Event.COURSE_CHANGED)
+    if here:
+        s = transition_on(s, Event.STOP_IS_HERE)
+    return replace(s, task=replace(s.task, stop=stop), plans=plans)
+
+
+def _last_plan(s: ControllerState) -> Plans:
+    """Of all plans only the one that is driven, as long as it is clear."""
+    if not s.task.drives:
+        return Plans()
+    return Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at, clear_of=s.plans.clear_of)
+
+
+def begun_again(s: ControllerState, problem: str) -> ControllerState:
+    """After an internal error: no plans are kept, nor, as the segment is a copy, its core."""
+    s = transition_on(s, Event.MISTAKE)
+    active, *later = s.task.segments
+    task = replace(s.task, segments=(replace(active), *later), latched=problem)
+    return replace(s, task=task, begin=None)

@@ -10,21 +10,19 @@ import numpy as np
 
 from estimation import (
     GoalEstimate,
-    GoalMeasurement,
     GoalPrior,
     GoalStatus,
     Judgement,
     PoseHistory,
     stds_in,
 )
-from estimation.goal_filter import CLOCK_SKEW
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
+from rti_mpcc.planning.state import ControllerState, GoalState
 from rti_mpcc.planning.ways import GOAL_MOVED
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
@@ -42,13 +40,6 @@ def noted(poses: PoseHistory, monitor: StateMonitor, now: float, length: float) 
         return poses
     here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
     return poses.noted(now, here, length=length)
-
-
-def with_vehicle_pose(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
-    """A detection with the vehicle's pose at its stamp, unless it has one."""
-    if measurement.vehicle is not None:
-        return measurement
-    return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=CLOCK_SKEW))
 
 
 def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:

@@ -1,12 +1,12 @@
 """What can be a goal: near the path's last part, turned with it, and with room for the body.
 
-One rule for scenario files and for every cycle. A cycle looks only at what is new: see `checked_again`.
+One rule for scenario files and for every cycle, which checks only what is new: see `checked_again`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, nan, pi, radians
+from math import hypot, inf, pi, radians
 
 import numpy as np
 
@@ -18,9 +18,7 @@ from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import GOAL_REACH, Surroundings
 
 GOAL_TURN = 0.5 * pi  # [rad] from the path's heading beside it: the same
-UNMOVED = 0.01  # [m] of any point of the body: the goal needs no other check
-NEARLY_UNMOVED = 0.03  # [m], the same where there was more room than that
-STILL_REFUSED = 0.1  # [m], the same for a goal that is farther out of reach than that
+UNMOVED = (0.01, 0.03)  # [m] of any point of the body: the goal needs no other check, by its clearance
 IN_DEGREES = pi / 6.0  # [rad] from the path's heading: a refused heading this near in degrees was meant so
 ODD = 0.2  # [rad] from the path's heading: a heading that is not refused is suspected of it
 SURELY_IN_DEGREES = 0.1  # [rad]: if it is within this, read in degrees
@@ -37,17 +35,14 @@ class GoalFit:
 
     Attributes:
         pose: that was checked; problem: why it cannot be the goal, or ""; remark: on one that can, or "".
-        room: clearance of the body there [m], negative in an overlap; NaN: not checked.
-        excess: distance [m] that the body has to move, at least, to change the answer; 0: not known.
-        beside: the path's pose nearest to it; changes: number of obstacle changes known then.
+        room: clearance of the body there [m], negative in an overlap; inf: not checked.
+        changes: number of obstacle changes known then.
     """
 
     pose: Pose2
     problem: str = ""
     remark: str = ""
-    room: float = nan
-    excess: float = 0.0
-    beside: Pose2
+    room: float = inf
     changes: int = 0
 
 
@@ -56,25 +51,21 @@ def checked_goal(
 ) -> GoalFit:
     """The exact check; less room than `margin` [m] is remarked. In an area a goal may be anywhere."""
     if corridor.area is not None:
+        problem, hint = "", degrees_hint("goal heading", goal.phi)
         if not _in_box(goal, corridor.area):
-            return GoalFit(pose=goal, problem="outside the boundary of the area", beside=goal)
-        room, hint = _room(goal, path, corridor, vehicle), degrees_hint("goal heading", goal.phi)
-        if room < 0.0:
-            problem = _joined(f"the body there {_crossing(room)}", hint)
-            return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=goal)
-        return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=goal)
-    part = path.parts[-1]
-    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part)
-    problem, excess = _misplaced(goal, beside, vehicle)
+            return GoalFit(pose=goal, problem="outside the boundary of the area")
+    else:
+        part = path.parts[-1]
+        beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part)
+        problem = _misplaced(goal, beside)
+        if not problem and corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
+            return GoalFit(pose=goal, problem="a boundary lies between it and the path")
     if problem:
-        return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
-    if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
-        return GoalFit(pose=goal, problem="a boundary lies between it and the path", beside=beside)
+        return GoalFit(pose=goal, problem=_joined(problem, hint))
     room = _room(goal, path, corridor, vehicle)
     if room < 0.0:
-        problem = f"the body there {_crossing(room)}"
-        return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=beside)
-    return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
+        return GoalFit(pose=goal, problem=_joined(f"the body there {_crossing(room)}", hint), room=room)
+    return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room)
 
 
 def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
@@ -103,27 +94,13 @@ def checked_again(
     A new obstacle on a goal that stays does not count: the vehicle waits in front of it. A goal rejected
     because of an obstacle is free again once the obstacle has gone.
     """
-    if last is not None and _answered(last, goal, surroundings.changes, config):
-        return last
+    if last is not None and (last.changes == surroundings.changes or last.room >= 0.0):
+        least, most = UNMOVED
+        if _moved(last.pose, goal, config.vehicle) <= min(max(abs(last.room), least), most):
+            return last
     corridor, margin = surroundings.corridor, config.clearance.wanted
     fit = checked_goal(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
-
-
-def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
-    """Whether the last answer holds for this goal: no clearance changes by more than the body has moved."""
-    vehicle, known = config.vehicle, last.changes == changes
-    moved = _moved(last.pose, goal, vehicle)
-    if last.problem:
-        within = max(min(last.excess, STILL_REFUSED), UNMOVED)
-        return (known or not last.room < 0.0) and moved <= within
-    if moved <= UNMOVED:
-        return True
-    if _misplaced(goal, last.beside, vehicle)[0]:
-        return False  # by that place of the path: another one may be nearer
-    left = last.room - moved
-    clear = known and left > config.clearance.wanted and not last.remark
-    return clear or (moved <= NEARLY_UNMOVED and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
@@ -132,7 +109,7 @@ def end_checked(path: ReferencePath, surroundings: Surroundings, config: Control
     remark = _tight(room, config.clearance.wanted)
     if room < 0.0:
         remark = f"the body at the path's end {_crossing(room)}"
-    return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
+    return GoalFit(pose=path.end, remark=remark, room=room, changes=surroundings.changes)
 
 
 def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
@@ -149,15 +126,14 @@ def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
     return hint if refused or (off > ODD and in_degrees <= SURELY_IN_DEGREES) else ""
 
 
-def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
-    """Why a goal is out of reach of the path, whatever stands there, or "", and how far beyond that [m]."""
+def _misplaced(goal: Pose2, beside: Pose2) -> str:
+    """Why a goal is out of reach of the path, whatever stands there, or ""."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
     if distance > GOAL_REACH:
-        return f"{distance:.4g} m from the path's end (at most {GOAL_REACH:g} m)", distance - GOAL_REACH
+        return f"{distance:.4g} m from the path's end (at most {GOAL_REACH:g} m)"
     if turn > GOAL_TURN:
-        said = f"turned by {turn:.4g} rad from the path (at most {GOAL_TURN:.4g} rad)"
-        return said, (turn - GOAL_TURN) * _arm(vehicle)
-    return "", 0.0
+        return f"turned by {turn:.4g} rad from the path (at most {GOAL_TURN:.4g} rad)"
+    return ""
 
 
 def _beside(pose: Pose2, part: PathPart) -> Pose2:
@@ -195,12 +171,8 @@ def _tight(room: float, margin: float) -> str:
 
 def _moved(before: Pose2, now: Pose2, vehicle: Vehicle) -> float:
     """No point of the body is farther than this [m] between two poses."""
-    return hypot(now.x - before.x, now.y - before.y) + _arm(vehicle) * _turn(now, before)
-
-
-def _arm(vehicle: Vehicle) -> float:
-    """From the rear axle to the farthest point of the body [m]."""
-    return hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width)
+    arm = hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width)
+    return hypot(now.x - before.x, now.y - before.y) + arm * _turn(now, before)
 
 
 def _joined(*said: str) -> str:

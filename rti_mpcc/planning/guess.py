@@ -11,7 +11,7 @@ from math import atan, cos, hypot, sin, sqrt, tan
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
-from geometry.compiled import Array1, Array2, Out2, inner, kernel
+from geometry.compiled import Array1, Out2, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
@@ -105,19 +105,16 @@ def along_path(
     if led:
         states = np.vstack([lead[:-1], states])
     limits, controls = config.limits, np.empty((len(times) - 1, CONTROLS))
-    _lead_on(times, states, limits.acceleration, limits.steering_rate, controls)
+    rates = np.diff(states, axis=0) / np.diff(times)[:, None]
+    controls[:, A] = np.clip(rates[:, V], -limits.acceleration, limits.acceleration)
+    controls[:, DELTA_DOT] = np.clip(rates[:, DELTA], -limits.steering_rate, limits.steering_rate)
+    controls[:, THETA_DOT] = rates[:, THETA]
     return Trajectory(times=times, states=states, controls=controls)
 
 
-@kernel
-def _lead_on(times: Array1, states: Array2, most_a: float, most_rate: float, controls: Out2) -> None:
-    for k in range(len(controls)):
-        seconds = times[k + 1] - times[k]
-        a = (states[k + 1, V] - states[k, V]) / seconds
-        rate = (states[k + 1, DELTA] - states[k, DELTA]) / seconds
-        controls[k, A] = min(max(a, -most_a), most_a)
-        controls[k, DELTA_DOT] = min(max(rate, -most_rate), most_rate)
-        controls[k, THETA_DOT] = (states[k + 1, THETA] - states[k, THETA]) / seconds
+def along_course(part: PathPart, target: Target, state: Array, s: Array, config: ControllerConfig) -> Array:
+    """States (n, 6) of the body on the course from `state` (6,) to the target, `s` (n,) [m] further each."""
+    return _faded(part, target, state, s, np.zeros_like(s), config)
 
 
 def _faded(

@@ -15,7 +15,7 @@ from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time, time_along, with
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import FLAT
 from rti_mpcc.planning.standstill import moving_speed
-from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.state import Arrival, ControllerState, Phase
 from rti_mpcc.types import Trajectory
 
 LATE_REACH = 2.0  # [m] from its target: nearer, an arrival keeps its time
@@ -33,21 +33,20 @@ SOON = 1.0  # [s] within which a plan that drives on does so
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Choose between contouring and a planned arrival.
 
-    A suspended search is resumed unless the target has moved. At rest its plan just starts later; on the move
-    an arrival that is far too short gets the time that it takes.
+    A suspended search is resumed unless the target has moved; if its arrival has become far too short, it
+    gets the time that it takes.
     """
     begun, pose = s.plans.suspended, context.target.pose
     if begun is not None and apart(begun.target.pose, pose) <= TARGET_MOVED:
-        if s.is_stationary:
-            begun = _later(begun, context.begin - begun.begin)
-        elif begun.arrival is not None:
-            duration = _duration(context, config)
-            if begun.arrival.at - context.begin < KEPT_SHARE * duration:
-                begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
-        arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
-        return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
+        arrival = begun.arrival
+        if arrival is not None:
+            at, duration = arrival.at, _duration(context, config)
+            if at - context.begin < KEPT_SHARE * duration:
+                at = context.begin + duration
+            arrival = replace(arrival, at=at, timed_for=pose, overdue_since=None)
+        return replace(s, task=replace(s.task, arrival=arrival))
     s = s.suspending(None)
-    if not _arrives(s, context, config):
+    if not arrives(s, context, config):
         return replace(s, task=replace(s.task, arrival=None))
     arrival = Arrival(at=context.begin + _duration(context, config), timed_for=pose)
     return replace(s, task=replace(s.task, arrival=arrival))
@@ -92,11 +91,6 @@ def calmed(s: ControllerState, context: PlanningContext, config: ControllerConfi
     return replace(s, task=replace(s.task, arrival=replace(arrival, at=at, calm=True)))
 
 
-def arrival_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a contouring vehicle should turn to its arrival now."""
-    return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
-
-
 def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObjective | None:
     """The objective that takes over from here on, by the way left along the path, or None."""
     left = context.target.stop - float(context.state[THETA])
@@ -131,7 +125,7 @@ def apart(one: Pose2, other: Pose2) -> float:
     return hypot(one.x - other.x, one.y - other.y)
 
 
-def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
     if not (config.arrival and s.task.segment.objective.arrives):
         return False
@@ -204,17 +198,3 @@ def pressed(plan: Trajectory, config: ControllerConfig) -> float:
     along = float(controls[:, A].max()) / comfort.acceleration
     across = float(lateral) / comfort.lateral_acceleration
     return max(sqrt(along), sqrt(across), float(controls[:, DELTA_DOT].max()) / comfort.steering_rate)
-
-
-def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:
-    """The same search for a plan that begins so much later [s]."""
-    solution, arrival = begun.solution, begun.arrival
-    if solution is not None:
-        plan = replace(solution.trajectory, times=solution.trajectory.times + seconds)
-        solution = replace(solution, trajectory=plan)
-    return replace(
-        begun,
-        solution=solution,
-        arrival=None if arrival is None else replace(arrival, at=arrival.at + seconds),
-        begin=begun.begin + seconds,
-    )

@@ -58,7 +58,7 @@ class SqpResult:
 
     solutions: tuple[Solution, ...]
     problem: str
-    corridor_infeasible: bool
+    corridor_infeasible: bool = False
     out_of_time: bool = False
     retried: bool = False
 
@@ -119,12 +119,12 @@ def going_on(solution: Solution | None) -> InitialIterate:
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
 
-def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
+def clean(plan: Trajectory) -> InitialIterate:
     """Again from the last valid plan, with nothing kept of the solver's results since."""
     return replace(going_on(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
 
 
-def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
+def from_guess(guess: Trajectory) -> InitialIterate:
     """The first plan of an objective."""
     return InitialIterate(
         guess=guess,
@@ -139,15 +139,15 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     )
 
 
-def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
+def further(attempt: SqpResult) -> InitialIterate:
     """As many iterations again, for a plan that has not converged far ahead."""
-    begun = from_guess(attempt.plan, config)
+    begun = from_guess(attempt.plan)
     return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
 
 
-def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
+def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     """The first plan of an objective, resumed; `guess`: for a search without a solution."""
-    begun, done = from_guess(guess, config), search.iterations
+    begun, done = from_guess(guess), search.iterations
     return replace(
         begun,
         last=search.solution,
@@ -155,7 +155,6 @@ def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig
         iterate=search.iterate,
         least=max(begun.least - done, 1),
         most=max(begun.most - done, 1),
-        unsolved=max(begun.unsolved - search.unsolved, 1),
     )
 
 
@@ -243,18 +242,14 @@ def suspended(
     before = s.plans.suspended
     if before is not None and not attempt.solutions:
         return s
-    solved = sum(solution.solved for solution in attempt.solutions)
-    failed = [not (solution.solved or _was_cut(solution)) for solution in attempt.solutions]
-    afresh = bool(failed) and failed[-1]
+    ends = attempt.solutions[-1] if attempt.solutions else None
+    afresh = ends is not None and not (ends.solved or _was_cut(ends))
     search = SuspendedSearch(
         solution=None if afresh else attempt.solved or (before.solution if before else None),
-        iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
-        iterations=(before.iterations if before else done) + solved,
-        unsolved=(before.unsolved if before else 0) + sum(failed),
+        iterate=None if ends is None else ends.iterate,
+        iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
         target=context.target,
-        segment=s.task.segment,
         arrival=s.task.arrival,
-        begin=context.begin,
     )
     return s.suspending(search)
 

@@ -57,8 +57,8 @@ def context_of(
     s: ControllerState, reached: Array, pace: Pace, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
-    monitor, now, segment = s.vehicle.monitor, s.now, s.task.segment
-    state, part = reached.tolist(), segment.part
+    monitor, now, task = s.vehicle.monitor, s.now, s.task
+    state, part = reached.tolist(), task.segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     along, distance = distance_left(here, theta, on_path, part, target)
@@ -77,8 +77,8 @@ def context_of(
         doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,
-        ends_at_goal=segment.end is SegmentEnd.GOAL,
-        free=segment.end is not SegmentEnd.STOP,
+        ends_at_goal=task.end is SegmentEnd.GOAL,
+        free=task.end is not SegmentEnd.STOP,
         along=along,
         distance=distance,
         speed=max(part.direction * v, 0.0),
@@ -86,7 +86,7 @@ def context_of(
         error=error,
         standing_error=error if stands is here else stands.relative_to(target.pose),
         stop_error=_stopped(state, config).relative_to(target.pose),
-        tolerance=segment.tolerance,
+        tolerance=task.tolerance,
         half_turn=pi / config.max_curvature,
     )
 

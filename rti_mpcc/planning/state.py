@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import inf
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from estimation.actuators import ActuatorRecord
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, SegmentEnd, Segments
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd, Segments
 from rti_mpcc.model.actuators import Actuation, Actuators
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -21,7 +20,6 @@ from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
-from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.standstill import AxisMotion
 from rti_mpcc.planning.surroundings import Surroundings
@@ -94,11 +92,17 @@ class Hold:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stall:
-    """The target of a stalled vehicle, and the static obstacles around it."""
+class PlannedStop:
+    """Where the course ends in front of a static obstacle.
 
-    target: Target
-    obstacles: tuple[Obstacle, ...]
+    Attributes:
+        at: progress [m]; tolerance: there (longitudinal [m], lateral [m], heading [rad]).
+        met: what blocks the route, and where, for the reasons of commands.
+    """
+
+    at: float
+    tolerance: tuple[float, float, float]
+    met: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,19 +110,16 @@ class SuspendedSearch:
     """A search for a first plan that is resumed in the next cycle.
 
     Attributes:
-        solution: of the last QP, None if it was not solved; iterate: of the QP that was stopped, or None.
-        iterations: number of QPs that were solved; unsolved: of those that could not be solved.
-        target, segment, arrival: what the plan is for; begin: when it starts [s].
+        solution: the last iterate that was solved, or None; iterations: number of QPs that were solved.
+        iterate: of the QP that was stopped, or None.
+        target, arrival: what the plan is for.
     """
 
     solution: Solution | None
     iterations: int
     iterate: tuple[Array, Array] | None
     target: Target
-    segment: Segment
     arrival: Arrival | None
-    begin: float
-    unsolved: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,15 +239,16 @@ class Task:
     """What the vehicle does on its segment.
 
     Attributes:
-        segments: the rest of the manoeuvre, the first one being driven; it may be a piece of the second.
-        target: of the whole segment; None before the first cycle.
+        segments: the rest of the manoeuvre, the first one being driven.
+        target: of the segment; None before the first cycle.
+        stop: in front of what blocks the segment; None where it is clear.
         arrival: the planned one, or None while contouring.
         successor: the objective that has taken over from the segment's own, or None.
-        looks_past: at rest at a stop, a route past the obstacle is searched.
         halt: while the vehicle halts in front of something, or None.
         latched: why the vehicle was stopped, until a plan is driven again, or "".
         looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
-        stall: the last one, or None; hold: while the vehicle is held at its dock, or None.
+        stalled_at: target pose, and number of obstacle changes, of the last stall, or None.
+        hold: while the vehicle is held at its dock, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan was started, or the last halt ended [s].
         at_once: commanded to stand, the vehicle brakes as hard as it can.
@@ -255,13 +257,13 @@ class Task:
     segments: Segments
     phase: Phase = Phase.STARTING
     target: Target | None = None
+    stop: PlannedStop | None = None
     arrival: Arrival | None = None
     successor: HorizonObjective | None = None
-    looks_past: bool = False
     halt: Halt | None = None
     latched: str = ""
     looked_at: float | None = None
-    stall: Stall | None = None
+    stalled_at: tuple[Pose2, int] | None = None
     hold: Hold | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
@@ -273,27 +275,14 @@ class Task:
         return self.segments[0]
 
     @property
-    def whole(self) -> Segment:
-        """The segment that is driven, or that it is a piece of."""
-        return self.segment.whole
+    def end(self) -> SegmentEnd:
+        """What the vehicle drives to."""
+        return self.segment.end if self.stop is None else SegmentEnd.STOP
 
     @property
-    def stop(self) -> PlannedStop | None:
-        """In front of what blocks the route; None where the route is clear."""
-        return self.segment.stop
-
-    def on(self, piece: Segment) -> Task:
-        """With another piece of the whole segment, or all of it."""
-        later = self.segments if self.segment.piece_of is None else self.segments[1:]
-        return replace(self, segments=later if piece.piece_of is None else (piece, *later))
-
-    def on_whole(self) -> Task:
-        """With all of the segment."""
-        return self if self.segment.piece_of is None else self.on(self.whole)
-
-    def with_stop(self, stop: PlannedStop) -> Task:
-        """With something else known of its stop."""
-        return self.on(replace(self.segment, stop=stop))
+    def tolerance(self) -> tuple[float, float, float]:
+        """There (longitudinal [m], lateral [m], heading [rad])."""
+        return self.segment.tolerance if self.stop is None else self.stop.tolerance
 
     @property
     def drives(self) -> bool:
@@ -316,8 +305,9 @@ class Plans:
         solution: the last iterate, which the next cycle resumes, or None.
         valid: the last plan that passed the checks, driven or not, or None: a clean retry starts from it.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
-        clear_of: number of the obstacle change up to which the driven plan is known to be clear.
-        seen_to: progress [m] up to which obstacles on the path have counted for a cruise.
+        clear_of: number of obstacle changes for which the driven plan was accepted.
+        course: number of obstacle changes, and the segment's target pose, for which the end of the course was
+            found; None: not yet.
         suspended: a search for a first plan that ran out of time, or None.
     """
 
@@ -326,7 +316,7 @@ class Plans:
     driven: Trajectory | None = None
     accepted_at: float | None = None
     clear_of: int = 0
-    seen_to: float = -inf
+    course: tuple[int, Pose2] | None = None
     suspended: SuspendedSearch | None = None
 
 
@@ -395,7 +385,7 @@ class ControllerState:
     @property
     def on_a_way(self) -> bool:
         """Whether there is a route that it drives or has stopped on."""
-        return self.task.segment.end is not SegmentEnd.STOP or self.task.stop is not None
+        return self.task.segment.end is not SegmentEnd.STOP
 
     @property
     def goal_pose(self) -> Pose2 | None:

@@ -1,4 +1,11 @@
-"""Where the vehicle may be: the corridor with the obstacles that are known by now."""
+"""Where the vehicle may be: the corridor with the obstacles that are known by now, and which of them move.
+
+An obstacle is given as a polygon, without a name. It is matched with the obstacle of the last cycle whose
+middle is nearest, if it can have come from there; its velocity is that of its middle over the last moments.
+
+A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`: another
+order of obstacles or corners, rounding, and noise of a centimetre change nothing.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorError, ReferencePath
 from geometry.corridor_area import area_of
+from geometry.outline import Shape, checked_shape, corners_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
-from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Index
 
 GOAL_REACH = 20.0  # [m] from the path's last part: a goal beyond it is taken for a mistake
 
@@ -28,15 +36,15 @@ class Surroundings:
     Attributes:
         corridor: with the static obstacles, which plans avoid; known: with all obstacles.
         obstacles: all of them; given_at: when they were given last [s].
-        added: outlines of what is new in the area since the route was planned, see `in_another`.
-        changes: number of changes of the static ones.
+        replaced: whether the area is another one than that in which the route was planned.
+        changes: number of changes of the static ones, and of the area.
         unreadable: why the last given ones are not used, or "".
     """
 
     corridor: Corridor
     known: Corridor
     obstacles: tuple[Obstacle, ...]
-    added: tuple[Array, ...] = ()
+    replaced: bool = False
     given_at: float = 0.0
     changes: int = 0
     unreadable: str = ""
@@ -67,21 +75,23 @@ class Surroundings:
 
     def without_path(self, area: Area) -> Surroundings:
         """The same obstacles in an area, in place of a corridor along a path."""
-        if self.corridor.area is area and not self.added:
+        if self.corridor.area is area and not self.replaced:
             return self
-        return self._on(Corridor.in_area(area), ())
+        return replace(self._in(area), replaced=False)
 
-    def in_another(self, area: Area, added: Sequence[Array]) -> Surroundings:
-        """The same obstacles in another area; `added`: shapes (m_i, 2) [m] near the route, solid since it was
-        planned. They count as obstacles: the vehicle stops in front of them and replans."""
-        return replace(self._on(Corridor.in_area(area), tuple(added)), changes=self.changes + 1)
+    def in_another(self, area: Area) -> Surroundings:
+        """The same obstacles in another area; what is new there may block the route."""
+        return replace(self._in(area), replaced=True, changes=self.changes + 1)
 
-    def _on(self, corridor: Corridor, added: tuple[Array, ...]) -> Surroundings:
-        stand = corridor.with_obstacles([*(each.outline for each in self.standing), *added])
-        known = stand
+    def _in(self, area: Area) -> Surroundings:
+        return self._on(Corridor.in_area(area).with_obstacles([each.outline for each in self.standing]))
+
+    def _on(self, corridor: Corridor) -> Surroundings:
+        """In a corridor with the static obstacles."""
+        known = corridor
         if self.moving:
-            known = corridor.with_obstacles([*(each.outline for each in self.obstacles), *added])
-        return replace(self, corridor=stand, known=known, added=added)
+            known = corridor.with_obstacles([each.outline for each in self.obstacles])
+        return replace(self, corridor=corridor, known=known)
 
     @property
     def standing(self) -> tuple[Obstacle, ...]:
@@ -100,19 +110,11 @@ class Surroundings:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in obstacles if not each.moves]
         changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
-        corridor = self.corridor.with_obstacles([*stand, *self.added]) if changed else self.corridor
-        everything = corridor
-        if len(stand) < len(obstacles):
-            known = [each.outline for each in obstacles]
-            everything = self.corridor.with_obstacles([*known, *self.added])
-        return Surroundings(
-            corridor=corridor,
-            known=everything,
-            obstacles=obstacles,
-            added=self.added,
-            given_at=now,
-            changes=self.changes + changed,
+        corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
+        after = replace(
+            self, obstacles=obstacles, given_at=now, changes=self.changes + changed, unreadable=""
         )
+        return after._on(corridor)
 
 
 def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area:
@@ -139,3 +141,143 @@ def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
         "less than the margin of %.2f m: %s",
         *(index, left, theta, margin, consequence),
     )
+
+
+# -- obstacles from cycle to cycle --------------------------------------------------------------------
+
+MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what differs by less is no change
+OBSERVATION = 0.3  # [s] over which the speed of an obstacle is measured
+CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was stopped drives on
+FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
+JUMP = 0.2  # [m] by which noise may put a middle elsewhere
+FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
+
+ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Obstacle:
+    """An obstacle and what was seen of its motion.
+
+    Attributes:
+        index: in the list that was told last.
+        outline: (m, 2) as it was given when it was last seen to have moved [m]; shape: the same.
+        seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
+        velocity: (2,) [m/s]; 0 while it stands.
+        moves: whether it moves; still_since: since when it has not [s], for one that did.
+    """
+
+    index: int
+    outline: Array
+    shape: Shape
+    seen: tuple[tuple[float, float, float], ...]
+    velocity: Array
+    moves: bool = False
+    still_since: float | None = None
+
+    @property
+    def speed(self) -> float:
+        """[m/s]."""
+        return float(np.hypot(*self.velocity))
+
+    @property
+    def settled(self) -> bool:
+        """Whether it stays the same if it is given again at its place."""
+        return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
+
+    def seen_as(self, new: Obstacle, now: float, last: float) -> Obstacle:
+        """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
+        place = new.seen[-1][1:]
+        stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
+        if not known:
+            return new
+        # The newest of those that are old enough, and all since.
+        old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
+        seen = (*known[old:], (now, *place))
+        since, x, y = seen[0]
+        moved = np.subtract(place, (x, y))
+        displaced = bool(np.hypot(*moved) > MOVED)
+        since_when = None if displaced else (now if self.still_since is None else self.still_since)
+        still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
+        moves = displaced or not still
+        seconds = max(now - since, float(np.hypot(*moved)) / FASTEST)
+        kept = not (moves or self.moves) and is_same(self.shape, new.shape, MOVED)
+        return replace(
+            new,
+            outline=self.outline if kept else new.outline,
+            shape=self.shape if kept else new.shape,
+            seen=seen,
+            velocity=moved / seconds if moves else np.zeros(2),
+            moves=moves,
+            still_since=since_when if moves else None,
+        )
+
+    @property
+    def hull(self) -> Array:
+        """The corners (m, 2) of its convex hull, counter-clockwise [m]."""
+        hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
+        return np.ascontiguousarray(corners_of(hull))
+
+
+def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
+    """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
+    shape = checked_shape(outline, f"obstacles[{index}]")
+    middle = shape.centroid
+    corners = np.array(outline, dtype=np.float64)
+    corners.setflags(write=False)
+    return Obstacle(
+        index=index, outline=corners, shape=shape, seen=((now, middle.x, middle.y),), velocity=np.zeros(2)
+    )
+
+
+def observed(
+    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
+) -> tuple[Obstacle, ...]:
+    """The obstacles given at `now` [s], by those `known`, given at `last`; the same tuple if nothing is new.
+
+    Raises:
+        CorridorError: one that is no simple polygon.
+    """
+    same = [k < len(known) and np.array_equal(known[k].outline, each) for k, each in enumerate(outlines)]
+    if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
+        return known
+    given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
+    left = [not (k < len(same) and same[k]) for k in range(len(known))]
+    farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
+    middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
+    found = []
+    for k, obstacle in enumerate(given):
+        place = k if same[k] else _match(obstacle, known, middles, np.flatnonzero(left), farthest)
+        if place is None:
+            found.append(obstacle)
+            continue
+        left[place] = False
+        here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
+        found.append(known[place].seen_as(here, now, last))
+    return tuple(found)
+
+
+def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool:
+    """Whether no point of either is farther than `most` [m] from the other."""
+    return bool(shapely.hausdorff_distance(one, other) <= most)
+
+
+def obstacles_changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
+    """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
+    one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
+    if one.is_empty or other.is_empty:
+        return bool(one.is_empty != other.is_empty)
+    return not is_same(one, other, least)
+
+
+def _match(
+    obstacle: Obstacle, known: Sequence[Obstacle], middles: Array, left: Index, farthest: float
+) -> int | None:
+    """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
+    several at the same place the most similar one."""
+    apart = np.hypot(*(middles[left] - obstacle.seen[-1][1:]).T)
+    if not apart.size or apart.min() > farthest:
+        return None
+    nearest = left[apart <= apart.min() + ROUNDING].tolist()
+    return int(min(nearest, key=lambda k: shapely.hausdorff_distance(known[k].shape, obstacle.shape)))

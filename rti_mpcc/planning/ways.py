@@ -11,7 +11,6 @@ from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.ocp.room import REACTION_TIME
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
@@ -55,19 +54,6 @@ def on_the_move(s: ControllerState) -> bool:
     """Whether another route may be joined without a stop: none was since the obstacles changed."""
     route = s.route
     return route is not None and (route.manoeuvre is None or route.changes != s.area.changes)
-
-
-def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig) -> list[Array]:
-    """Those of convex shapes (m_i, 2) that are near the body on what is left of the route [m]."""
-    if not shapes:
-        return []
-    within = config.clearance.least + REACTION_TIME * config.limits.speed
-    grid = ShapeGrid.of_shapes(shapes, np.arange(len(shapes)), len(shapes))
-    parts = s.path.parts[s.task.segment.index :]
-    near = np.zeros(len(shapes), dtype=np.bool_)
-    for part in parts:
-        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part), within) < within).any(axis=0)
-    return [shapes[k] for k in np.flatnonzero(near)]
 
 
 def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: ControllerConfig) -> bool:

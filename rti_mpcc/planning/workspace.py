@@ -6,14 +6,12 @@ gives the same workspace.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath
+from geometry import Corridor, PathPart, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
@@ -38,16 +36,20 @@ class Workspace:
     """What the functions of a cycle share.
 
     Attributes:
-        config: settings, with the limits of the segment; mpcc: its core; pace: of it.
+        mpcc: core of the segment, with its settings; pace: of it.
         start: state (6,) where the command of this cycle begins to act.
         clock: what time decides in this cycle.
     """
 
-    config: ControllerConfig
     mpcc: RtiMpcc
     pace: Pace
     start: Array
     clock: CycleClock
+
+    @property
+    def config(self) -> ControllerConfig:
+        """The settings, with the limits of the segment."""
+        return self.mpcc.config
 
     def context(self, s: ControllerState) -> PlanningContext:
         """The start against the target: a stop, or the segment's own."""
@@ -59,10 +61,9 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Active:
-    """A segment, its settings and its core, the corridor that this knows, and the pace by it."""
+    """A segment and its core, the corridor that this knows, and the pace by it."""
 
     segment: Segment
-    config: ControllerConfig
     mpcc: RtiMpcc
     corridor: Corridor
     pace: Pace
@@ -71,81 +72,74 @@ class _Active:
 class Workspaces:
     """Makes the workspace of each cycle, and keeps what is the same as in the last one."""
 
-    def __init__(
-        self, path: ReferencePath, corridor: Corridor, config: ControllerConfig, first: Segment
-    ) -> None:
-        self.path, self._settings = path, config
-        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
+    def __init__(self, s: ControllerState, config: ControllerConfig) -> None:
+        self._settings = config
+        self._onto(s)
+
+    def _onto(self, s: ControllerState) -> None:
+        """Onto the path of the state."""
+        self._path, corridor, config = s.path, s.area.corridor, self._settings
+        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(s.path.parts))
         if corridor.area is None:
             for k, room in enumerate(self._rooms):
                 tell_if_narrow(room, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
-        self._active = self._begun(first, corridor)
+        self._active = self._begun(s.task.segment, corridor)
 
     def _begun(self, segment: Segment, corridor: Corridor) -> _Active:
         config = segment.limited(self._settings)
-        mpcc = RtiMpcc(segment.part, corridor, config, index=segment.index)
-        return self._looked_round(segment, config, mpcc, corridor)
+        core = RtiMpcc(segment.part, corridor, config, index=segment.index)
+        return self._beside(segment, core, corridor)
 
-    def _looked_round(
-        self, segment: Segment, config: ControllerConfig, core: RtiMpcc, corridor: Corridor
-    ) -> _Active:
+    def _beside(self, segment: Segment, core: RtiMpcc, corridor: Corridor) -> _Active:
         """With the room along the segment, beside the obstacles that are known now, and the pace by it."""
-        index = segment.index
-        if core.part is self.path.parts[index]:
+        index, config = segment.index, core.config
+        if core.part is self._path.parts[index]:
             room = with_obstacles(self._rooms[index], core.part, corridor, index, config)
         else:
             room = room_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
         core.room = room
         pace = pace_of(core.part, config, core.room)
-        return _Active(segment=segment, config=config, mpcc=core, corridor=corridor, pace=pace)
+        return _Active(segment=segment, mpcc=core, corridor=corridor, pace=pace)
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, with the known obstacles."""
+        if s.path is not self._path:
+            self._onto(s)
         active, corridor = self._active, s.area.corridor
-        if s.task.whole is not active.segment:
-            self._active = self._begun(s.task.whole, corridor)
+        if s.task.segment is not active.segment:
+            self._active = self._begun(s.task.segment, corridor)
         elif corridor is not active.corridor:
-            self._active = self._looked_round(active.segment, active.config, active.mpcc, corridor)
+            self._active = self._beside(active.segment, active.mpcc, corridor)
         return self._active.mpcc
-
-    @contextmanager
-    def set_aside(self) -> Iterator[None]:
-        """The active core is active again afterwards, whichever is made meanwhile."""
-        active = self._active
-        try:
-            yield
-        finally:
-            self._active = active
 
     def of(self, s: ControllerState, clock: CycleClock) -> Workspace:
         """The workspace of a cycle in which the state is `s`."""
         mpcc = self.core(s)
-        active = self._active
-        start = sensing.start_of(s, mpcc.part, active.config)
-        return Workspace(config=active.config, mpcc=mpcc, pace=active.pace, start=start, clock=clock)
+        start = sensing.start_of(s, mpcc.part, mpcc.config)
+        return Workspace(mpcc=mpcc, pace=self._active.pace, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
-        """The target of the whole active segment."""
-        part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
-        config = self._active.config
-        if s.task.whole.target is not None:
-            return s.task.whole.target(part, goal)
+        """The target of the active segment."""
+        part, end, goal = self.core(s).part, s.task.segment.end, s.goal.pose
+        config = self._active.mpcc.config
+        if s.task.segment.target is not None:
+            return s.task.segment.target(part, goal)
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
-            then = s.task.on_whole().segments[1]
+            then = s.task.segments[1]
             # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
-            shorter = min(s.task.whole.length, then.length)
+            shorter = min(s.task.segment.length, then.length)
             share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2
             return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:
-        segment, changes = s.task.whole, s.area.changes
+        segment, changes = s.task.segment, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
-            pose = cusp_pose(part.last, s.area.corridor, segment, self._active.config)
+            pose = cusp_pose(part.last, s.area.corridor, segment, self._active.mpcc.config)
             self._cusp_of = segment, changes, pose
         return self._cusp_of[2]
 

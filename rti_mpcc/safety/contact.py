@@ -18,17 +18,15 @@ from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
+from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, box_of, clearances
-from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.horizon import distances, states_at, step_length
-from rti_mpcc.planning import stops
+from rti_mpcc.model.layout import PHI, POSE, V, X, Y
+from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
@@ -39,6 +37,7 @@ from rti_mpcc.types import Array, Trajectory
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
 SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
+CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
 OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
 
 MOST_BODIES = 5_000  # checked along a plan: a kilometre, so that no plan makes a cycle long
@@ -96,18 +95,8 @@ def distance_to_contact(
     marks, states = _driven(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
-    first = _first_below(apart, _least(apart[0], least))
-    return float(marks[first]) if first >= 0 else inf
-
-
-@kernel
-def _first_below(apart: Array2, least: Array1) -> int:
-    """The first row of `apart` (n, m) with a value below `least` (m,), or -1."""
-    for n in range(len(apart)):
-        for k in range(len(least)):
-            if apart[n, k] < least[k]:
-                return n
-    return -1
+    below = (apart < _least(apart[0], least)).any(axis=1)
+    return float(marks[np.argmax(below)]) if below.any() else inf
 
 
 def _least(begins: Array, least: float) -> Array:
@@ -118,17 +107,16 @@ def _least(begins: Array, least: float) -> Array:
     return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
 
 
-def distance_to_obstacle(s: ControllerState, plan: Trajectory, config: ControllerConfig) -> float:
-    """Distance along a plan to the first body that touches a static obstacle [m], or inf."""
-    marks, states = _driven(plan, config, inf)
-    meets = _obstacles_met(s, states, config).any(axis=1)
-    return float(marks[np.argmax(meets)]) if meets.any() else inf
+def first_blocked(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:
+    """The first of the bodies at `states` (n, 6) that touches a static obstacle, or None.
 
-
-def _obstacles_met(s: ControllerState, states: Array, config: ControllerConfig) -> NDArray[np.bool_]:
-    """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
-    met: NDArray[np.bool_] = _distances(s, states, config, config.clearance.least)[:, 1:] <= 0.0
-    return met
+    In another area than that of the route, what is solid there counts, too.
+    """
+    apart = _distances(s, states, config, config.clearance.least)
+    blocked = (apart[:, 1:] <= 0.0).any(axis=1)
+    if s.area.replaced:
+        blocked |= apart[:, 0] <= -CONTACT_TOLERANCE
+    return int(np.argmax(blocked)) if blocked.any() else None
 
 
 def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:
@@ -185,55 +173,12 @@ def _meets(
             near[n] = 1
 
 
-def progress_of_contact(
-    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
-) -> float:
-    """Progress [m] at which a body on the path meets what a plan meets after `distance` [m].
-
-    A stop is on the path, but a plan may be beside it: inside a bend it is farther along by then. Where the
-    body on the path meets nothing, meets it later, or all along, it is the progress of the plan's body.
-    """
-    part = s.task.segment.part
-    state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
-    x, y, phi = state[0, :POSE].tolist()
-    # Not the plan's own progress: nothing holds that to where an arrival is.
-    begin, end = float(plan.states[0, THETA]), part.project(x, y, heading=phi)
-    theta = np.arange(begin, end, CHECK_SPACING)
-    at = part.reference(theta)
-    bodies = np.column_stack([at.x, at.y, at.phi])
-    met = _obstacles_met(s, state, config)[0]
-    meets = np.asarray(_obstacles_met(s, bodies, config)[:, met].any(axis=1))
-    if not meets.any():
-        return end
-    clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
-    return float(theta[clear[-1] + 1]) if len(clear) else end
-
-
 def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
     ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
     return met_by(state, s.area, s.task.segment.index, config, ahead)
-
-
-def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
-    """What a body on the path meets at the progress `theta` [m]."""
-    pose = s.task.segment.part.pose(theta)
-    return met_by(np.array([pose.x, pose.y, pose.phi]), s.area, s.task.segment.index, config)
-
-
-def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether an obstacle on the path is where it starts to count for a cruise: at the farthest progress that
-    a cruise ignoring it would see."""
-    if not s.area.corridor.obstacles:
-        return False
-    at = stops.in_view(s, context, config)
-    if at <= s.plans.seen_to:
-        return False
-    reference, least = s.task.segment.part.reference(np.array([at])), config.clearance.least
-    pose = np.column_stack([reference.x, reference.y, reference.phi])
-    return bool((_distances(s, pose, config, least)[0, 1:] <= least).any())
 
 
 def length(plan: Trajectory) -> float:
@@ -251,23 +196,10 @@ def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[A
 
 
 def _times(plan: Trajectory, marks: Array) -> Array:
-    """When (n,) [s] the plan has driven the ways `marks` (n,) [m], which do not fall."""
-    times = np.empty(len(marks))
-    _when_driven(plan.times, plan.states, marks, times)
-    return times
-
-
-@kernel
-def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> None:
-    """Linear within a stage; where the plan stands still the time at which it comes to."""
-    k, before, step = 0, 0.0, step_length(states, 0)
-    for i in range(len(marks)):
-        while k < len(states) - 2 and (marks[i] > before + step):
-            before += step
-            k += 1
-            step = step_length(states, k)
-        share = min(max((marks[i] - before) / step, 0.0), 1.0) if step > 1e-9 else 0.0
-        found[i] = times[k] + share * (times[k + 1] - times[k])
+    """When (n,) [s] the plan comes to the distances `marks` (n,) [m]."""
+    driven = np.append(0.0, distances(plan.states))
+    end = int(np.searchsorted(driven, driven[-1] - 1e-9)) + 1  # it stands from there on
+    return np.interp(marks, driven[:end], plan.times[:end])
 
 
 def stop_clearance(config: ControllerConfig) -> float:

@@ -1,9 +1,9 @@
-"""The result of a cycle as a command, with its diagnostics."""
+"""The result of a cycle as a command, with its diagnostics; why a vehicle stops, the first cause known."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from math import inf
 
 import numpy as np
 
@@ -11,23 +11,27 @@ from estimation import Judgement
 from geometry import Pose2
 from geometry.compiled import Array1, Out2, kernel
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.actuators import going_out
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, X, Y
+from rti_mpcc.model.footprint import clearances
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
+from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState, Task
-from rti_mpcc.safety import holding
-from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.planning.state import ControllerState, PlannedStop, Task
+from rti_mpcc.safety import contact, holding
+from rti_mpcc.safety.fallback import ControlInput, stopping_motion
+from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import (
     Array,
     Command,
     Diagnostics,
     EffectiveWeights,
+    GoalOrigin,
     Objective,
     Reason,
     Source,
@@ -51,8 +55,6 @@ def status_of(verdict: Verdict, task: Task) -> Status:
     """The status of a cycle with this verdict, after which the task is `task`."""
     if verdict.reason is Reason.SEARCHES_PLAN and task.latched:
         return Status.FAILED
-    if verdict.reason is Reason.SEARCHES_PLAN and task.looks_past:
-        return Status.BLOCKED
     follows = task.objective.kind is Objective.CONTOURING
     return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
 
@@ -60,62 +62,47 @@ def status_of(verdict: Verdict, task: Task) -> Status:
 def command(
     decision: ControlDecision,
     status: Status,
-    context: PlanningContext,
+    state: Array,
+    aim: Pose2,
     s: ControllerState,
-    detections: tuple[Judgement, ...],
-    remarks: tuple[str, ...],
-    config: ControllerConfig,
     clock: CycleClock,
+    config: ControllerConfig,
+    detections: tuple[Judgement, ...] = (),
+    remarks: tuple[str, ...] = (),
 ) -> Command:
-    """The command of a cycle; `remarks`: on its inputs."""
-    plan = decision.trajectory
+    """The command of a cycle whose control acts from `state` (6,) on, towards `aim`; `remarks`: on inputs."""
+    control, plan, attempt, arrival = decision.control, decision.trajectory, decision.attempt, s.task.arrival
     if s.clock.offset:
         times = plan.times - s.clock.offset
         read_only(times)
         plan = replace(plan, times=times)
-    arrival = s.task.arrival
-    diagnostics = _diagnosed(decision, context.state, context.target.pose, s, clock)(
-        time_to_go=None if arrival is None else arrival.at - context.begin,
+    solutions = attempt.solutions if attempt else ()
+    diagnostics = Diagnostics(
+        theta=float(state[THETA]),
+        part=s.task.segment.index,
+        objective=s.task.objective.kind,
+        weights=_first_weights(solutions),
+        failed=attempt is not None and bool(attempt.problem),
+        solver_status=solutions[-1].status if solutions else "",
+        iterations=sum(each.iterations for each in solutions),
+        residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
+        retried=attempt is not None and attempt.retried,
+        slack=float(solutions[-1].slack.max()) if solutions else 0.0,
+        aim=aim,
+        goal=s.goal.estimate,
+        time_to_go=None if arrival is None else arrival.at - (s.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
+        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
+        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
+        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
+        step_ms=1e3 * clock.seconds,
+        deadline_missed=clock.late(),
+        disturbance=s.vehicle.disturbance.acceleration,
+        steering_offset=s.vehicle.disturbance.steering,
+        cause=decision.verdict.reason,
+        iteration_limit=any(each.at_limit for each in solutions),
     )
-    return _command(decision.control, status, plan, diagnostics, config, s)
-
-
-def emergency(
-    control: ControlInput,
-    state: Array,
-    s: ControllerState,
-    verdict: Verdict,
-    config: ControllerConfig,
-    clock: CycleClock,
-) -> Command:
-    """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
-    pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    begin = s.now - s.clock.offset + s.vehicle.dead_time
-    times = stage_times(begin, np.full(config.stages, config.cycle))
-    motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
-    decision = ControlDecision(control, verdict, motion)
-    diagnostics = _diagnosed(decision, state, s.goal.pose or pose, s, clock)(
-        time_to_go=None,
-        reason=str(verdict),
-        detections=(),
-        objective=Objective.CONTOURING,
-        failed=True,
-    )
-    status = status_of(verdict, s.task)
-    return _command(control, status, motion, diagnostics, config, s)
-
-
-def _command(
-    control: ControlInput,
-    status: Status,
-    plan: Trajectory,
-    diagnostics: Diagnostics,
-    config: ControllerConfig,
-    s: ControllerState,
-) -> Command:
-    """What is sent of `control`, and what is said with it."""
     drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(
         acceleration=drive.acceleration,
@@ -130,6 +117,22 @@ def _command(
         goal=s.goal_setpoint,
         hold=control.source is Source.STANDSTILL and holding.stays_put(s),
     )
+
+
+def emergency(
+    control: ControlInput,
+    state: Array,
+    s: ControllerState,
+    verdict: Verdict,
+    config: ControllerConfig,
+    clock: CycleClock,
+) -> Command:
+    """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
+    pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    times = stage_times(s.now + s.vehicle.dead_time, np.full(config.stages, config.cycle))
+    motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
+    decision = ControlDecision(control, verdict, motion, SqpResult(solutions=(), problem=str(verdict)))
+    return command(decision, status_of(verdict, s.task), state, s.goal.pose or pose, s, clock, config)
 
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
@@ -154,37 +157,6 @@ def _turn_back(
         controls[k, DELTA_DOT] = (states[k + 1, DELTA] - states[k, DELTA]) / (times[k + 1] - times[k])
 
 
-def _diagnosed(
-    decision: ControlDecision, state: Array, goal: Pose2, s: ControllerState, clock: CycleClock
-) -> partial[Diagnostics]:
-    """The diagnostics of a cycle but for time_to_go, reason and detections."""
-    solutions = decision.attempt.solutions if decision.attempt else ()
-    return partial(
-        Diagnostics,
-        theta=float(state[THETA]),
-        part=s.task.segment.index,
-        objective=s.task.objective.kind,
-        weights=_first_weights(solutions),
-        failed=decision.attempt is not None and bool(decision.attempt.problem),
-        solver_status=solutions[-1].status if solutions else "",
-        iterations=sum(each.iterations for each in solutions),
-        residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
-        retried=decision.attempt is not None and decision.attempt.retried,
-        slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        aim=goal,
-        goal=s.goal.estimate,
-        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
-        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
-        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
-        step_ms=1e3 * clock.seconds,
-        deadline_missed=clock.late(),
-        disturbance=s.vehicle.disturbance.acceleration,
-        steering_offset=s.vehicle.disturbance.steering,
-        cause=decision.verdict.reason,
-        iteration_limit=any(each.at_limit for each in solutions),
-    )
-
-
 def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
     if not solutions:
         return EffectiveWeights(lag=0.0, contouring=0.0, progress_reward=0.0, goal_position=0.0)
@@ -195,3 +167,84 @@ def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
         progress_reward=float(weights.progress_reward[0]),
         goal_position=float(weights.goal[0]),
     )
+
+
+def why_stalled(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
+) -> str:
+    """Why no plan ends inside the tolerance, or ""; `room`: beside the body along the segment, or None."""
+    here = Pose2(*context.state[[X, Y, PHI]].tolist())
+    setpoint = s.goal_setpoint
+    at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
+    what = ("the path's end" if at_end else "the goal") if context.ends_at_goal else "the end of this segment"
+    why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
+    if why:
+        return why
+    if room is not None and (narrow := _narrow(s, context, config, room)):
+        return narrow
+    manoeuvre = None if s.route is None else s.route.manoeuvre
+    return "" if manoeuvre is None or manoeuvre.found else manoeuvre.reason
+
+
+def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerConfig) -> str:
+    """What is too near to the body at a pose, or ""."""
+    state, part = np.array([pose.x, pose.y, pose.phi]), s.task.segment.index
+    apart = clearances(state[None], s.area.known, part, config.vehicle, config.clearance.least)[0]
+    apart[0] += CONTACT_TOLERANCE  # of boundaries, which count later
+    if apart.min() >= config.clearance.least:
+        return ""
+    apart[0] -= CONTACT_TOLERANCE
+    room, met = float(apart.min()), met_by(state, s.area, part, config)
+    if room < 0.0:
+        return f"the body {where} overlaps {met} by {-room:.3f} m"
+    return f"the body {where} is {room:.3f} m from {met} (at least {config.clearance.least:g} m)"
+
+
+def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
+    """Where the rest of the segment is narrower than the margin, or ""."""
+    theta = float(context.state[THETA])
+    ahead = (room.theta >= theta) & (room.theta <= context.target.theta)
+    if not ahead.any():
+        return ""
+    least = int(np.flatnonzero(ahead)[np.argmin(room.walls[ahead])])
+    left, at = float(room.walls[least]), float(room.theta[least])
+    if left >= config.clearance.wanted:
+        return ""
+    pose = s.task.segment.part.pose(at)
+    return (
+        f"the boundaries leave {left:.3f} m on either side of the body at ({pose.x:.2f}, {pose.y:.2f}), "
+        f"{at - theta:.2f} m ahead, less than the margin of {config.clearance.wanted:g} m"
+    )
+
+
+# -- what is in the way -----------------------------------------------------------------------------------
+
+
+def what_blocks(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
+    """What blocks the route behind a stop, and how far ahead that is."""
+    ahead = stop.at + contact.stop_clearance(config) - float(context.state[THETA])
+    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
+
+
+def meeting(
+    s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
+) -> ControllerState:
+    """With the contact of a halting vehicle's plan after `distance` [m]; `late`: why there was no time for
+    another plan, or ""."""
+    assert s.task.halt is not None
+    met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + contact.CLEAR_DISTANCE
+    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
+    return replace(s, task=replace(s.task, halt=halt))
+
+
+def why_halted(s: ControllerState, distance: float) -> Verdict:
+    """Why a vehicle halts whose plan is clear over `distance` [m]."""
+    halt = s.task.halt
+    assert halt is not None
+    if halt.no_time:
+        why = f"{halt.no_time}; contact in {halt.met} along the last plan"
+        return Verdict(Reason.OUT_OF_TIME, why)
+    if distance < inf:
+        return Verdict(Reason.CONTACT_AHEAD, halt.met)
+    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")

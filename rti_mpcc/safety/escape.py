@@ -16,7 +16,7 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.safety.stopping import arc
+from rti_mpcc.safety.fallback import arc
 from rti_mpcc.types import Array, Trajectory
 
 SPACING = 0.04  # [m] between two bodies that are checked

@@ -172,11 +172,6 @@ def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> Contro
     return replace(s, task=replace(s.task, hold=hold), vehicle=replace(s.vehicle, disturbance=known))
 
 
-def too_fast(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the vehicle has to be braked rather than held: it was pushed, say."""
-    return abs(float(context.state[V])) > FASTEST
-
-
 def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
     """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
     motion, speed = s.vehicle.motion, float(context.state[V])

@@ -13,8 +13,7 @@ from geometry.outline import shape_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import V
-from rti_mpcc.planning.obstacles import Obstacle
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import Obstacle, Surroundings
 from rti_mpcc.types import Array
 
 NEAR = 1.0  # [m]; what is farther from a body is not met by it

@@ -36,7 +36,6 @@ from rti_mpcc import (
     Vehicle,
     Wait,
 )
-from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.ocp.objectives import CONTOURING
 from rti_mpcc.orders import Stand
 
@@ -251,13 +250,6 @@ DOORS: dict[str, Door] = {
         dwell=1.0,
         objective=CONTOURING,
         target=None,
-        stop=None,
-        piece_of=None,
-    ),
-    "Segment.stopped": door(
-        SEGMENT.stopped,
-        stop=PlannedStop(at=1.0, goal=None, obstacles=None, since=0.0),
-        tolerance=(0.1, 0.1, 0.1),
     ),
     "Segment.limited": door(SEGMENT.limited, config=CONFIG),
     "Straight": door(

@@ -60,7 +60,8 @@ def test_a_goal_in_an_obstacle_is_taken_once_that_has_gone_and_kept_when_it_come
 
     def aim(goal: Pose2, obstacles: Obstacles, now: float) -> tuple[float, str]:
         command = docking.step(START, now=now, goal=goal, obstacles=obstacles)
-        return command.diagnostics.aim.x, command.diagnostics.reason
+        assert command.goal is not None
+        return command.goal.pose.x, command.diagnostics.reason
 
     assert aim(good, [], 0.0) == (11.0, "")
     x, reason = aim(taken, [OBSTACLE], 0.05)

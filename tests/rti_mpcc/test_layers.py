@@ -26,7 +26,7 @@ LAYERS = (
     "planning",
     "behaviour",
     "safety",
-    "scouting",
+    "course",
     "driving",
     "rerouting",
     "orders",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.obstacles import Obstacle, observed
+from rti_mpcc.planning.surroundings import Obstacle, observed
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import square
 

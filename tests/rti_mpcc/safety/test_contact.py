@@ -12,9 +12,8 @@ from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import along
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
-from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.state import ControllerState, Task, VehicleEstimate
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import Obstacle, Surroundings, observed
 from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.safety.fallback import stopping_motion
 from rti_mpcc.types import Array
 from tests.rti_mpcc.model_steps import step
 

@@ -1,0 +1,224 @@
+"""Where the course ends, and the search for a first plan to there.
+
+A segment that is blocked by a static obstacle ends in front of it, and the vehicle replans. A search takes
+several cycles if the time of one is too short.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import ceil, inf
+from typing import NamedTuple
+
+import numpy as np
+
+from rti_mpcc.behaviour.transitions import SEEKING, onto_course, plan_found
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.model.layout import POSE, THETA, V
+from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning import schedule, search, ways
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.guess import along_course
+from rti_mpcc.planning.schedule import TARGET_MOVED, apart
+from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
+from rti_mpcc.planning.standstill import rest_speed
+from rti_mpcc.planning.state import ControllerState, Phase, PlannedStop, SuspendedSearch
+from rti_mpcc.planning.timing import expected_docking_time
+from rti_mpcc.planning.workspace import Workspace
+from rti_mpcc.safety import contact
+from rti_mpcc.safety.naming import met_by
+
+NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
+SAME_STOP = 0.4  # [m]; a stop that moves by less stays
+STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad] at a stop
+BLOCKED = "something blocks the route"
+ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
+_INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
+OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
+
+
+class Found(NamedTuple):
+    """The result of a search: the state to drive it with, and the last attempt."""
+
+    s: ControllerState
+    attempt: SqpResult
+
+
+# -- where the course ends ------------------------------------------------------------------------------
+
+
+def on_course(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """With the course up to the first static obstacle that blocks it, if obstacles or target have changed."""
+    task, target = s.task, s.task.target
+    at_stop = task.stop is not None and task.phase in (Phase.SETTLING, Phase.HOLDING)
+    if target is None or context.doubt or not (at_stop or task.phase in SEEKING):
+        return s
+    if s.plans.course is not None:
+        changes, pose = s.plans.course
+        if changes == s.area.changes and apart(pose, target.pose) <= TARGET_MOVED:
+            return s
+    s = replace(s, plans=replace(s.plans, course=(s.area.changes, target.pose)))
+    stop = _blocked(s, context, target, config)
+    if stop is None:
+        return s if task.stop is None else onto_course(s, None, here=False)
+    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * config.size
+    if task.stop is not None and abs(task.stop.at - stop.at) <= SAME_STOP:
+        return s
+    return onto_course(s, stop, here=here)
+
+
+def _blocked(
+    s: ControllerState, context: PlanningContext, target: Target, config: ControllerConfig
+) -> PlannedStop | None:
+    """The stop in front of the first static obstacle that the body on the course to the target touches."""
+    begin, part = float(context.state[THETA]), s.task.segment.part
+    may_block = s.area.replaced or len(s.area.corridor.obstacles) > 0
+    if not may_block or target.theta <= begin:
+        return None
+    bodies = ceil((target.theta - begin) / ways.CHECK_SPACING) + 1
+    ahead = np.linspace(0.0, target.theta - begin, min(bodies, contact.MOST_BODIES))
+    states = along_course(part, target, context.state, ahead, config)
+    first = contact.first_blocked(s, states, config)
+    if first is None:
+        return None
+    left = max(float(ahead[first]) - contact.stop_clearance(config), 0.0)
+    along, across, heading = STOP_TOLERANCE
+    tolerance = config.size * along, config.size * across, heading
+    met = met_by(states[first, :POSE], s.area, s.task.segment.index, config)
+    return PlannedStop(at=begin + left, tolerance=tolerance, met=str(met))
+
+
+# -- first plans ----------------------------------------------------------------------------------------
+
+
+def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
+    """The first plan to the end of the course; a search that ran out of time is resumed.
+
+    From rest, a route past what blocks the segment is asked for first; likewise one in place of a plan that
+    may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
+    """
+    if s.task.stop is not None and s.is_stationary and _may_ask(s, w):
+        return _asking(
+            s, Found(s, SqpResult(solutions=(), problem=BLOCKED, corridor_infeasible=True)), BLOCKED
+        )
+    begun = s.plans.suspended
+    s = schedule.scheduled(s, context, w.config)
+    after, attempt = _from_guess(s, context, w)
+    attempt = _unless_into_a_wall(after, attempt, w)
+    found = Found(after if attempt.problem else plan_found(after), attempt)
+    if attempt.out_of_time or not context.free or s.route is None or s.route.fixed:
+        return found
+    arrives = context.ends_at_goal and found.s.task.arrival is not None
+    if arrives:
+        found = _reaching(found, context, begun, w)
+        if found.attempt.out_of_time:
+            return found._replace(s=s.suspending(found.s.plans.suspended))
+    why = found.attempt.problem
+    if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
+        why = "the first plan misses the goal"
+    return _asking(s, found, why) if why and _may_ask(s, w) else found
+
+
+def _may_ask(s: ControllerState, w: Workspace) -> bool:
+    """Whether another route from here may be asked for: none was a moment ago."""
+    if s.route is None or s.route.fixed:
+        return False
+    return not ways.was_asked(s, w.config) if s.is_stationary else ways.on_the_move(s)
+
+
+def _asking(s: ControllerState, found: Found, why: str) -> Found:
+    """Ask for another route from here: at rest it is waited for, else what was found is driven meanwhile."""
+    s = s.suspending(None) if s.is_stationary else found.s
+    assert s.route is not None
+    return found._replace(s=replace(s, route=replace(s.route, wanted=why)))
+
+
+def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
+    """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
+    s = schedule.scheduled(s.suspending(None), context, w.config)
+    if s.task.arrival is None:
+        return None
+    found = _reaching(Found(*_from_guess(s, context, w)), context, None, w)
+    if found.attempt.out_of_time:
+        return None
+    return search.reaches(found.attempt, context, ACCEPTED_MISS)
+
+
+def iterated(
+    s: ControllerState, context: PlanningContext, start: InitialIterate, w: Workspace
+) -> tuple[ControllerState, SqpResult]:
+    """Iterate, and keep the last iterate that was solved to go on from."""
+    attempt = search.converge(w.mpcc, s, context, start, w.clock)
+    return s.iterated(attempt.solved), attempt
+
+
+def _reaching(found: Found, context: PlanningContext, begun: SuspendedSearch | None, w: Workspace) -> Found:
+    """A first plan that misses the goal is iterated further, one of a brisk ride with more time then."""
+    found = _iterated_on(found, context, begun, w)
+    attempt, calm = found.attempt, schedule.calmed(found.s, context, w.config)
+    near = search.reaches(attempt, context, ACCEPTED_MISS)
+    if calm is found.s or near or not attempt.fits or attempt.out_of_time:
+        return found
+    return _iterated_on(found._replace(s=calm), context, begun, w)
+
+
+def _iterated_on(
+    found: Found, context: PlanningContext, begun: SuspendedSearch | None, w: Workspace
+) -> Found:
+    """A first plan that misses the goal is iterated further, up to a number of rounds."""
+    s, attempt = found
+    before = 0 if begun is None else begun.iterations
+    done = before + len(attempt.solutions)
+    missed = attempt.fits and not search.reaches(attempt, context)
+    rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
+    if not (context.free and missed) or done >= rounds * ITERATIONS:
+        return found
+    s, more = iterated(s, context, replace(search.further(attempt), least=1, reaching=True), w)
+    attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
+    return Found(search.suspended(s, context, attempt, before), attempt)
+
+
+def _from_guess(
+    s: ControllerState, context: PlanningContext, w: Workspace
+) -> tuple[ControllerState, SqpResult]:
+    """Iterate from a first guess, or resume the suspended search."""
+    guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
+    start = search.from_guess(guess) if begun is None else search.resumed(begun, guess)
+    s, attempt = iterated(s, context, start, w)
+    return search.suspended(s, context, attempt), attempt
+
+
+def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
+    """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
+    if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
+        return attempt
+    distance = contact.distance_to_contact(s, attempt.plan, w.config)
+    if distance == inf:
+        return attempt
+    met = contact.met_on(s, attempt.plan, distance, w.config)
+    return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {met}")
+
+
+def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the last segment of a path is checked before its first: at rest, for a new goal. A goal beside
+    the path's end can be out of reach from there."""
+    route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
+    if route is None or goal is None or measured is None:
+        return False
+    if s.on_planned_way or route.why or s.goal.rejected:
+        return False
+    stands = abs(float(measured[V])) <= rest_speed(config)
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
+    if not (stands and begins and config.objective.arrives_at_goal):
+        return False
+    before = route.rehearsed
+    return before is None or apart(goal, before) > config.size * ways.GOAL_MOVED[0]
+
+
+def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
+    """Whether a route for a goal out of reach takes too long to replace the path."""
+    if s.route is None or s.route.why != OUT_OF_REACH:
+        return False
+    given = expected_docking_time(s.path, config, s.goal_pose)
+    return expected_docking_time(found.path, config, found.goal) > _INSTEAD * given
