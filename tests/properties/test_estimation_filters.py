@@ -135,7 +135,7 @@ def test_a_state_is_between_what_is_measured_and_what_is_expected_and_near_what_
     change = (state - measured)[:5]
     assert (change * np.array(off) >= -1e-15).all()
     assert (np.abs(change) <= np.abs(off) + 1e-12).all()
-    assert (np.abs(change) <= 3.0 * known.stds + 1e-12).all()
+    assert (np.abs(change) <= 3.0 * np.array(known.stds) + 1e-12).all()
 
 
 # -- what acts beside the commands ---------------------------------------------------------------------------
