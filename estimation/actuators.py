@@ -148,7 +148,7 @@ class ActuatorRecord:
         )
 
 
-def noted(
+def with_cycle(
     record: ActuatorRecord, command: SentCommand, measurement: Measurement, at_rest: bool = False
 ) -> ActuatorRecord:
     """With a command, and what was measured after it; `at_rest`: the vehicle stands."""

@@ -25,7 +25,7 @@ from geometry.outline import (
     shape_of,
 )
 from geometry.pose import Pose2
-from geometry.shape_grid import Body, ShapeGrid, read_only
+from geometry.shape_grid import Body, ShapeGrid, locked
 
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
 
@@ -191,7 +191,7 @@ class Area:
 def _checked(
     corners: ArrayLike, name: str, check: Callable[[ArrayLike, str, type[InputError]], Shape]
 ) -> Array:
-    found: Array = read_only(_corners(check(corners, name, AreaError)))
+    found: Array = locked(_corners(check(corners, name, AreaError)))
     return found
 
 

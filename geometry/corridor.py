@@ -28,7 +28,7 @@ from geometry.outline import (
 )
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.shape_grid import POINT, Body, ShapeGrid, read_only
+from geometry.shape_grid import POINT, Body, ShapeGrid, locked
 from geometry.walls import BEHIND, PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
@@ -59,7 +59,7 @@ class Corridor(Admitted, error=CorridorError):
     def __post_init__(self) -> None:
         admit(self)
         shapes = [checked_shape(each, f"obstacles[{i}]") for i, each in enumerate(self.obstacles)]
-        object.__setattr__(self, "obstacles", tuple(read_only(corners_of(shape)) for shape in shapes))
+        object.__setattr__(self, "obstacles", tuple(locked(corners_of(shape)) for shape in shapes))
         pieces = [convex_pieces(shape) for shape in shapes]
         owner = np.repeat(np.arange(len(shapes)), np.array([len(each) for each in pieces], dtype=np.int64))
         grid = ShapeGrid.of_shapes([piece for each in pieces for piece in each], owner, len(shapes))
@@ -184,7 +184,7 @@ class Corridor(Admitted, error=CorridorError):
             if self.obstacles:
                 nearest = nearest_contacts(body, poses, self.kept_out, within=within, outward=outward)
                 found = np.concatenate((found, nearest), axis=2)
-        return Contacts(values=read_only(found))
+        return Contacts(values=locked(found))
 
     @door(late=True)
     def beyond(self, part: int, points: Array) -> Array:

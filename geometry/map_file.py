@@ -31,7 +31,7 @@ from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
 from geometry.pose import Pose2
-from geometry.shape_grid import read_only
+from geometry.shape_grid import locked
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
@@ -112,7 +112,7 @@ def _map_of(cells: Mask, resolution: float, origin: Origin) -> tuple[Array, Arra
     """Of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
-    return read_only(outline), read_only(_corners(merged_cells(cells), resolution, origin))
+    return locked(outline), locked(_corners(merged_cells(cells), resolution, origin))
 
 
 def merged_cells(cells: Mask) -> Index:

@@ -49,7 +49,7 @@ class Body(NamedTuple):
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
         box = 0.5 * (low + high), 0.5 * (high - low)
-        return cls(*map(read_only, (np.concatenate(rings), _starts(rings), *box, middles, halves)))
+        return cls(*map(locked, (np.concatenate(rings), _starts(rings), *box, middles, halves)))
 
     @property
     def pieces(self) -> int:
@@ -125,7 +125,7 @@ class ShapeGrid(NamedTuple):
         _enter(corners, starts, low, cell, counts, begins[:-1].copy(), members)
         largest = int(np.diff(starts).max(initial=1))
         grid = (corners, starts, owner, owners, circles, low, cell, counts, begins, members, largest)
-        return cls(*map(read_only, grid))
+        return cls(*map(locked, grid))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return ShapeGrid._of, (self.corners, self.starts, self.owner, self.owners)
@@ -140,7 +140,7 @@ class ShapeGrid(NamedTuple):
         """Return the same shapes, in the same cells, moved by (2,) [m]."""
         circles = self.circles + np.array([by[0], by[1], 0.0])
         corners, origin = self.corners + by, self.origin + by
-        return self._replace(corners=read_only(corners), circles=read_only(circles), origin=read_only(origin))
+        return self._replace(corners=locked(corners), circles=locked(circles), origin=locked(origin))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
         """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
@@ -165,7 +165,7 @@ class ShapeGrid(NamedTuple):
         return found
 
 
-def read_only(value: Any) -> Any:
+def locked(value: Any) -> Any:
     """Lock an array, as kernels take it; a number is returned as it is."""
     if isinstance(value, np.ndarray):
         value.setflags(write=False)

@@ -16,7 +16,7 @@ from geometry.arrays import Array
 from geometry.doors import Admitted, admit, to_rows
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
-from geometry.shape_grid import ShapeGrid, read_only
+from geometry.shape_grid import ShapeGrid, locked
 
 PIECE = 500  # points that are simplified together
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
@@ -52,7 +52,7 @@ class PartLines(Admitted, error=CorridorError):
             rows = [
                 to_rows(line, 2, f"{side}[{k}]", CorridorError) for k, line in enumerate(getattr(self, side))
             ]
-            lines = (read_only(as_pairs(thin_out(as_complex(line)))) for line in rows)
+            lines = (locked(as_pairs(thin_out(as_complex(line)))) for line in rows)
             object.__setattr__(self, side, tuple(lines))
         grid = ShapeGrid.of_lines([simplified(line, FINE) for line in self.both])
         object.__setattr__(self, "grid", grid)

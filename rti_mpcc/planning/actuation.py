@@ -12,7 +12,7 @@ from estimation.actuators import (
     Measurement,
     SentCommand,
     compare_models,
-    noted,
+    with_cycle,
 )
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
@@ -43,10 +43,10 @@ def compare_actuators(
     driven, turned = going_out(s.sent, present, config.cycle)
     _, _, heading, speed, delta, _ = monitor.measured.tolist()
     accelerated = SentCommand(s.now, driven.acceleration, driven.speed)
-    drive = noted(drive, accelerated, Measurement(now, speed, heading), s.is_stationary)
+    drive = with_cycle(drive, accelerated, Measurement(now, speed, heading), s.is_stationary)
     drive, by_drive = compare_models(drive, present.drive, now, DRIVE)
     steered = SentCommand(s.now, turned.steering_rate, turned.steering)
-    steering = noted(steering, steered, Measurement(now, delta, heading))
+    steering = with_cycle(steering, steered, Measurement(now, delta, heading))
     steering, by_steering = compare_models(steering, present.steering, now, STEERING)
     if by_drive is None and by_steering is None:
         return (drive, steering), present

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from math import inf, isfinite
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, wrap
-from rti_mpcc.config import Comfort
+from geometry.outline import shape_of
+from rti_mpcc.config import Comfort, Vehicle
 from rti_mpcc.errors import ConfigError
-from rti_mpcc.model.footprint import body_of, clearances
+from rti_mpcc.model.footprint import body_of, body_polygons, clearances
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.goal_feed import GoalSource
@@ -25,6 +27,7 @@ from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")  # figures of `summary` that differ from run to run
 _ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
+_TOUCHES = 1e-9  # [m], the least depth of a body that shapely finds in contact
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
 
 
@@ -175,7 +178,9 @@ def _mission(result: RunResult) -> dict[str, Any]:
 def body_clearances(result: RunResult) -> Array:
     """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time.
 
-    In an area, and once the vehicle has left the given path for a planned route: to all boundaries.
+    In an area, and once the vehicle has left the given path for a planned route: to all boundaries. How deep
+    the body is in something is measured as the controller does it; whether it touches anything, and how far
+    it is from all else, by shapely, too: the smaller of the two counts.
     """
     truth, vehicle, corridor = result.truth, result.config.vehicle, result.corridor
     distances = np.empty(len(truth.times))
@@ -192,14 +197,34 @@ def body_clearances(result: RunResult) -> Array:
         for index in np.unique(scene[planned]).tolist():
             rows = planned & (scene == index)
             solid = area.with_obstacles(result.obstacles[index][1])
-            distances[rows] = solid.signed_distances(body_of(vehicle), truth.poses[rows])
+            apart = solid.signed_distances(body_of(vehicle), truth.poses[rows])
+            around = () if solid.boundary is None else (np.vstack((solid.boundary, solid.boundary[:1])),)
+            distances[rows] = _judged(apart, truth.poses[rows], vehicle, around, solid.obstacles)
     if corridor is None or planned.all():
         return distances
     for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
         scenery = corridor.with_obstacles(result.obstacles[index][1])
         rows = ~planned & (scene == index) & (truth.part == part)
-        distances[rows] = clearances(truth.poses[rows], scenery, part, vehicle).min(axis=1)
+        apart = clearances(truth.poses[rows], scenery, part, vehicle).min(axis=1)
+        lines = (line for side in scenery.lines(part) for line in side)
+        distances[rows] = _judged(apart, truth.poses[rows], vehicle, lines, scenery.obstacles)
     return distances
+
+
+def _judged(
+    apart: Array, poses: Array, vehicle: Vehicle, lines: Iterable[Array], outlines: Iterable[Array]
+) -> Array:
+    """Signed distances (n,) [m] of the body at `poses` (n, 3), none larger than shapely says.
+
+    `lines`: boundaries (k, 2); `outlines`: of obstacles (k, 2), lines of two points and single points.
+    """
+    things = [shapely.linestrings(line) for line in lines if len(line) > 1]
+    tree = shapely.STRtree([*things, *map(shape_of, outlines)])
+    if not len(tree):
+        return apart
+    bodies = shapely.polygons(body_polygons(poses, vehicle))
+    _, seen = tree.query_nearest(bodies, all_matches=False, return_distance=True)
+    return np.minimum(apart, np.where(seen > 0.0, seen, -_TOUCHES))
 
 
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
