@@ -15,66 +15,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import ceil, cos, inf, pi, sin, sqrt, tan
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from estimation.types import Array
 from geometry.compiled import Array1, Array2, Out1, inner, kernel
 
-AT: Final = 0
-"""time [s]."""
-X: Final = 1
-"""measured, as the next four [m]."""
-Y: Final = 2
-"""[m]."""
-PHI: Final = 3
-"""heading, continuous [rad]."""
-SPEED: Final = 4
-"""[m/s]."""
-DELTA: Final = 5
-"""steering [rad]."""
-ALONG: Final = 6
-"""(W1) [m]."""
-ASIDE: Final = 7
-"""(W1) [m]."""
-TOLD: Final = 8
-"""(W2) [m]."""
-ASKED: Final = 9
-"""sum of h a of (W3) [m/s]."""
-DRIVEN: Final = 10
-"""(W3) [m]."""
-EXPLAINED: Final = 11
-"""c of (W3) [m/s]."""
-TURNED: Final = 12
-"""heading by the measured steering on the way that the pose moved [rad]."""
-STEERED: Final = 13
-"""sum of the commanded changes of the steering [rad]."""
-LEAPS: Final = 14
-"""what (W2) may be off, as the speed leapt somewhere between two readings [m]."""
-STEERING: Final = 15
-"""steering that was believed then [rad]."""
-AHEAD: Final = 16
-"""z of (W4) [m]."""
-POSE_SPEED: Final = 17
-"""v of (W4) [m/s]."""
-ZZ: Final = 18
-"""covariance of (W4), as the next two."""
-ZV: Final = 19
-VV: Final = 20
-STEP: Final = 21
-"""the last step of the pose that was no motion [m]."""
-STEP_AT: Final = 22
-"""its time [s]."""
-OFF: Final = 23
-"""by how much the last step of the pose differed from the commands [m]."""
-POSE_ROUGHNESS: Final = 24
-"""variance of the noise of the pose, as far as steps from one reading to the next show it [m²]."""
-SPEED_ROUGHNESS: Final = 25
-"""the same of the speed [m²/s²]."""
-SEEN: Final = 26
-"""number of steps so far."""
-COLUMNS: Final = 27
+AT, X, Y, PHI, SPEED, DELTA = range(6)
+"""Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
+ALONG, ASIDE, TOLD, ASKED, DRIVEN, EXPLAINED = range(6, 12)
+"""(W1) twice [m]; (W2) [m]; of (W3) the sum of h a [m/s], the distance [m] and c [m/s]."""
+TURNED, STEERED, STEERING, LEAPS = range(12, 16)
+"""Heading by the measured steering on the way that the pose moved [rad]; sum of the commanded changes of the
+steering [rad]; the steering that was believed then [rad]; by how much (W2) may be off, as the speed leapt
+somewhere between two readings [m]."""
+AHEAD, POSE_SPEED, ZZ, ZV, VV = range(16, 21)
+"""z [m] and v [m/s] of (W4), and their covariance."""
+STEP, STEP_AT, OFF = range(21, 24)
+"""The last step of the pose that was no motion [m], its time [s]; by how much the last step of the pose
+differed from the commands [m]."""
+POSE_ROUGHNESS, SPEED_ROUGHNESS, SEEN = range(24, 27)
+"""Variances of the noise of pose [m²] and speed [m²/s²], as far as steps between two readings show it;
+number of steps so far."""
+COLUMNS = 27
 
 LENGTH = 2.5  # [s] for which readings are kept
 _ACCELERATION, _ACCELERATION_SHARE = 2e-4, 0.01

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,8 @@ def as_rows(queue: Sequence[QueuedCommand] | Array) -> Array:
     """The queue as an array (n, 3)."""
     if isinstance(queue, np.ndarray):
         return queue
-    return np.array(queue, dtype=np.float64).reshape(-1, len(QueuedCommand._fields))
+    columns = len(QueuedCommand._fields)
+    return np.fromiter(chain.from_iterable(queue), np.float64, columns * len(queue)).reshape(-1, columns)
 
 
 @kernel
