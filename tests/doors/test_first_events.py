@@ -37,7 +37,6 @@ BEFORE_A_CYCLE = {
     "estimation/charuco.py": {"cv2"},  # a detector is made
     "estimation/track.py": {"filterpy.kalman"},  # a filter is made: with each controller
     "geometry/area.py": {"geometry.map_file"},  # a map is read
-    "geometry/files.py": {"PIL", "yaml"},  # the same
     "geometry/interpolation.py": {"scipy.interpolate"},  # a path is drawn through points
     "rti_mpcc/docking.py": {"rti_mpcc.rerouting", "rti_mpcc.route_planner.path_repair"},  # one is made
     "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
