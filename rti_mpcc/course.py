@@ -28,6 +28,7 @@ from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
+from rti_mpcc.types import Array
 
 NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
 SAME_STOP = 0.4  # [m]; a stop that moves by less stays
@@ -72,21 +73,36 @@ def _blocked(
     s: ControllerState, context: PlanningContext, target: Target, config: ControllerConfig
 ) -> PlannedStop | None:
     """The stop in front of the first static obstacle that the body on the course to the target touches."""
-    begin, part = float(context.state[THETA]), s.task.segment.part
-    may_block = s.area.replaced or len(s.area.corridor.obstacles) > 0
-    if not may_block or target.theta <= begin:
+    if not (s.area.replaced or s.area.corridor.obstacles):
         return None
-    bodies = ceil((target.theta - begin) / ways.CHECK_SPACING) + 1
-    ahead = np.linspace(0.0, target.theta - begin, min(bodies, contact.MOST_BODIES))
-    states = along_course(part, target, context.state, ahead, config)
+    states, segment = _ahead(s, context.state, target, config), s.task.segment
     first = contact.first_blocked(s, states, config)
     if first is None:
         return None
-    left = max(float(ahead[first]) - contact.stop_clearance(config), 0.0)
+    x, y, phi = states[first, :POSE].tolist()
+    begin, there = float(context.state[THETA]), segment.part.project(x, y, heading=phi)
     along, across, heading = STOP_TOLERANCE
-    tolerance = config.size * along, config.size * across, heading
-    met = met_by(states[first, :POSE], s.area, s.task.segment.index, config)
-    return PlannedStop(at=begin + left, tolerance=tolerance, met=str(met))
+    return PlannedStop(
+        at=max(there - contact.stop_clearance(config), begin),
+        tolerance=(config.size * along, config.size * across, heading),
+        met=str(met_by(states[first, :POSE], s.area, segment.index, config)),
+    )
+
+
+def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerConfig) -> Array:
+    """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
+    part, driven = s.task.segment.part, state[None]
+    if s.task.drives and s.plans.driven is not None:
+        _, driven = contact.bodies_along(s.plans.driven, config)
+        state = driven[-1].copy()
+        x, y, phi = state[:POSE].tolist()
+        state[THETA] = part.project(x, y, heading=phi)
+    left = target.theta - float(state[THETA])
+    if left <= ways.CHECK_SPACING:
+        return driven
+    bodies = min(ceil(left / ways.CHECK_SPACING) + 1, contact.MOST_BODIES)
+    ahead = along_course(part, target, state, np.linspace(0.0, left, bodies), config)
+    return np.concatenate((driven, ahead))
 
 
 # -- first plans ----------------------------------------------------------------------------------------

@@ -92,7 +92,7 @@ def distance_to_contact(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
 ) -> float:
     """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
-    marks, states = _driven(plan, config, reach)
+    marks, states = bodies_along(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
     below = (apart < _least(apart[0], least)).any(axis=1)
@@ -131,7 +131,7 @@ def distance_to_moving(
     """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
     if not s.area.moving:
         return inf
-    marks, states = _driven(plan, config, reach)
+    marks, states = bodies_along(plan, config, reach)
     ahead = s.now - s.area.given_at + later
     elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
@@ -186,7 +186,7 @@ def length(plan: Trajectory) -> float:
     return float(distances(plan.states)[-1])
 
 
-def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
+def bodies_along(plan: Trajectory, config: ControllerConfig, reach: float = inf) -> tuple[Array, Array]:
     """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
     spacing = CHECK_SPACING
     end = min(reach, length(plan), MOST_BODIES * spacing)
