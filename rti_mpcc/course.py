@@ -27,7 +27,7 @@ from rti_mpcc.planning.state import ControllerState, Phase, PlannedStop, Suspend
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact
-from rti_mpcc.safety.naming import met_by
+from rti_mpcc.safety.contact import met_by
 from rti_mpcc.types import Array
 
 NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
