@@ -21,13 +21,14 @@ from rti_mpcc.planning import schedule, search, ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import along_course
 from rti_mpcc.planning.schedule import TARGET_MOVED, apart
-from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
+from rti_mpcc.planning.search import ITERATIONS, SqpResult
 from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, PlannedStop, SuspendedSearch
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact
-from rti_mpcc.safety.naming import met_by
+from rti_mpcc.safety.contact import met_by
+from rti_mpcc.types import Array
 
 NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
 SAME_STOP = 0.4  # [m]; a stop that moves by less stays
@@ -62,9 +63,9 @@ def on_course(s: ControllerState, context: PlanningContext, config: ControllerCo
     stop = _blocked(s, context, target, config)
     if stop is None:
         return s if task.stop is None else onto_course(s, None, here=False)
-    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * config.size
     if task.stop is not None and abs(task.stop.at - stop.at) <= SAME_STOP:
         return s
+    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * config.size
     return onto_course(s, stop, here=here)
 
 
@@ -72,21 +73,36 @@ def _blocked(
     s: ControllerState, context: PlanningContext, target: Target, config: ControllerConfig
 ) -> PlannedStop | None:
     """The stop in front of the first static obstacle that the body on the course to the target touches."""
-    begin, part = float(context.state[THETA]), s.task.segment.part
-    may_block = s.area.replaced or len(s.area.corridor.obstacles) > 0
-    if not may_block or target.theta <= begin:
+    if not (s.area.replaced or s.area.corridor.obstacles):
         return None
-    bodies = ceil((target.theta - begin) / ways.CHECK_SPACING) + 1
-    ahead = np.linspace(0.0, target.theta - begin, min(bodies, contact.MOST_BODIES))
-    states = along_course(part, target, context.state, ahead, config)
+    states, segment = _ahead(s, context.state, target, config), s.task.segment
     first = contact.first_blocked(s, states, config)
     if first is None:
         return None
-    left = max(float(ahead[first]) - contact.stop_clearance(config), 0.0)
+    x, y, phi = states[first, :POSE].tolist()
+    begin, there = float(context.state[THETA]), segment.part.project(x, y, heading=phi)
     along, across, heading = STOP_TOLERANCE
-    tolerance = config.size * along, config.size * across, heading
-    met = met_by(states[first, :POSE], s.area, s.task.segment.index, config)
-    return PlannedStop(at=begin + left, tolerance=tolerance, met=str(met))
+    return PlannedStop(
+        at=max(there - contact.stop_clearance(config), begin),
+        tolerance=(config.size * along, config.size * across, heading),
+        met=str(met_by(states[first, :POSE], s.area, segment.index, config)),
+    )
+
+
+def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerConfig) -> Array:
+    """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
+    part, driven = s.task.segment.part, state[None]
+    if s.task.drives and s.plans.driven is not None:
+        _, driven = contact.bodies_along(s.plans.driven, config)
+        state = driven[-1].copy()
+        x, y, phi = state[:POSE].tolist()
+        state[THETA] = part.project(x, y, heading=phi)
+    left = target.theta - float(state[THETA])
+    if left <= ways.CHECK_SPACING:
+        return driven
+    bodies = min(ceil(left / ways.CHECK_SPACING) + 1, contact.MOST_BODIES)
+    ahead = along_course(part, target, state, np.linspace(0.0, left, bodies), config)
+    return np.concatenate((driven, ahead))
 
 
 # -- first plans ----------------------------------------------------------------------------------------
@@ -99,9 +115,7 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
     """
     if s.task.stop is not None and s.is_stationary and _may_ask(s, w):
-        return _asking(
-            s, Found(s, SqpResult(solutions=(), problem=BLOCKED, corridor_infeasible=True)), BLOCKED
-        )
+        return _asking(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
     begun = s.plans.suspended
     s = schedule.scheduled(s, context, w.config)
     after, attempt = _from_guess(s, context, w)
@@ -139,18 +153,10 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     s = schedule.scheduled(s.suspending(None), context, w.config)
     if s.task.arrival is None:
         return None
-    found = _reaching(Found(*_from_guess(s, context, w)), context, None, w)
+    found = _reaching(_from_guess(s, context, w), context, None, w)
     if found.attempt.out_of_time:
         return None
     return search.reaches(found.attempt, context, ACCEPTED_MISS)
-
-
-def iterated(
-    s: ControllerState, context: PlanningContext, start: InitialIterate, w: Workspace
-) -> tuple[ControllerState, SqpResult]:
-    """Iterate, and keep the last iterate that was solved to go on from."""
-    attempt = search.converge(w.mpcc, s, context, start, w.clock)
-    return s.iterated(attempt.solved), attempt
 
 
 def _reaching(found: Found, context: PlanningContext, begun: SuspendedSearch | None, w: Workspace) -> Found:
@@ -174,19 +180,18 @@ def _iterated_on(
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
     if not (context.free and missed) or done >= rounds * ITERATIONS:
         return found
-    s, more = iterated(s, context, replace(search.further(attempt), least=1, reaching=True), w)
+    start = replace(search.further(attempt), least=1, reaching=True)
+    more = search.converge(w.mpcc, s, context, start, w.clock)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
-    return Found(search.suspended(s, context, attempt, before), attempt)
+    return Found(search.suspended(s.iterated(more.solved), context, attempt, before), attempt)
 
 
-def _from_guess(
-    s: ControllerState, context: PlanningContext, w: Workspace
-) -> tuple[ControllerState, SqpResult]:
+def _from_guess(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
     """Iterate from a first guess, or resume the suspended search."""
     guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
     start = search.from_guess(guess) if begun is None else search.resumed(begun, guess)
-    s, attempt = iterated(s, context, start, w)
-    return search.suspended(s, context, attempt), attempt
+    attempt = search.converge(w.mpcc, s, context, start, w.clock)
+    return Found(search.suspended(s.iterated(attempt.solved), context, attempt), attempt)
 
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:

@@ -14,25 +14,28 @@ turn into any direction while the vehicle needs t_stop to stand.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
+from geometry import Area
 from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
+from geometry.outline import shape_of
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
-from rti_mpcc.model.footprint import body_of, box_of, clearances
+from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import Obstacle, Surroundings
 from rti_mpcc.planning.ways import CHECK_SPACING
-from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.types import Array, Trajectory
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
@@ -92,7 +95,7 @@ def distance_to_contact(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
 ) -> float:
     """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
-    marks, states = _driven(plan, config, reach)
+    marks, states = bodies_along(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
     below = (apart < _least(apart[0], least)).any(axis=1)
@@ -131,7 +134,7 @@ def distance_to_moving(
     """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
     if not s.area.moving:
         return inf
-    marks, states = _driven(plan, config, reach)
+    marks, states = bodies_along(plan, config, reach)
     ahead = s.now - s.area.given_at + later
     elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
@@ -181,15 +184,10 @@ def met_on(s: ControllerState, plan: Trajectory, distance: float, config: Contro
     return met_by(state, s.area, s.task.segment.index, config, ahead)
 
 
-def length(plan: Trajectory) -> float:
-    """Length of a plan [m]."""
-    return float(distances(plan.states)[-1])
-
-
-def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
+def bodies_along(plan: Trajectory, config: ControllerConfig, reach: float = inf) -> tuple[Array, Array]:
     """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
     spacing = CHECK_SPACING
-    end = min(reach, length(plan), MOST_BODIES * spacing)
+    end = min(reach, float(distances(plan.states)[-1]), MOST_BODIES * spacing)
     count = max(ceil(end / spacing), 1)
     marks = np.arange(count + 1.0) * (end / count)
     return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
@@ -211,3 +209,96 @@ def stopping_distance(speed: float, config: ControllerConfig) -> float:
     """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on."""
     in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
     return (1.0 + STOP_SHARE) * in_comfort + stop_clearance(config)
+
+
+# -- the name and place of what a body meets, for the reasons of a command --------------------------------
+
+NEAR = 1.0  # [m]; what is farther from a body is not met by it
+MOST_NAMED = 100  # obstacles of an area; with more it is a map, and the number of a rectangle says nothing
+
+
+class Met(NamedTuple):
+    """What a body meets, and where (x, y) [m]."""
+
+    what: str
+    where: tuple[float, float]
+
+    def __str__(self) -> str:
+        x, y = self.where
+        return f"{self.what} at ({x:.2f}, {y:.2f})"
+
+
+class _Near(NamedTuple):
+    """Something near a body: how far it is in effect [m], its name and its shape."""
+
+    apart: float
+    what: str
+    shape: shapely.Geometry
+
+
+def met_by(
+    state: Array,
+    surroundings: Surroundings,
+    part: int,
+    config: ControllerConfig,
+    ahead: float = 0.0,
+    within: float = NEAR,
+) -> Met:
+    """What a body overlaps, or else what is nearest to it.
+
+    Args:
+        state: (>= 3,) x, y, phi of the body, and v if it has six entries.
+        ahead: time from when the obstacles were given [s], over which they may move.
+        within: farthest distance of what is named [m].
+    """
+    body = shapely.Polygon(body_polygons(state[None], config.vehicle)[0])
+    speed = abs(float(state[V])) if len(state) > V else 0.0
+    stop = config.dead_time + config.cycle + speed / config.limits.acceleration
+    near = [_obstacle(each, body, ahead, stop) for each in surroundings.obstacles]
+    for name, lines in zip(("left", "right"), surroundings.known.lines(part), strict=True):
+        shapes = map(shapely.LineString, lines)
+        near += [_Near(body.distance(line), f"the {name} boundary", line) for line in shapes]
+    if surroundings.known.area is not None:
+        near += _solid_near(body, surroundings.known.area)
+    nearest = min(near, key=lambda each: each.apart, default=None)
+    if nearest is None or nearest.apart > within:
+        return Met("what lies beyond a boundary", (body.centroid.x, body.centroid.y))
+    overlap = body.intersection(nearest.shape)
+    if not overlap.is_empty:
+        return Met(nearest.what, (overlap.centroid.x, overlap.centroid.y))
+    (x, y), _ = shapely.shortest_line(nearest.shape, body).coords
+    return Met(nearest.what, (x, y))
+
+
+def _obstacle(obstacle: Obstacle, body: shapely.Polygon, ahead: float, stop: float) -> _Near:
+    """An obstacle; one that moves is met as far before it as it gets while the vehicle stops, Eq. (S1)."""
+    shape, name = obstacle.shape, f"obstacles[{obstacle.index}]"
+    if not obstacle.moves:
+        return _Near(body.distance(shape), name, shape)
+    moved = shapely.transform(shape, lambda corners: corners + ahead * obstacle.velocity)
+    covered = shapely.convex_hull(shapely.union_all([shape, moved]))
+    return _Near(body.distance(covered) - stop * obstacle.speed, name, covered)
+
+
+def _solid_near(body: shapely.Polygon, area: Area) -> Iterator[_Near]:
+    """The convex pieces of an area's obstacles near a body."""
+    middle, around = body.centroid, shapely.get_coordinates(body)
+    reach = NEAR + float(np.hypot(*(around - (middle.x, middle.y)).T).max())
+    circles, starts = area.grid.circles, area.grid.starts
+    apart = np.hypot(circles[:, 0] - middle.x, circles[:, 1] - middle.y) - circles[:, 2]
+    for k in np.flatnonzero(apart <= reach).tolist():
+        corners = area.grid.corners[starts[k] : starts[k + 1]]
+        piece = shape_of(corners)
+        if (far := body.distance(piece)) <= NEAR:
+            yield _Near(far, _name_in(area, corners), piece)
+
+
+def _name_in(area: Area, corners: Array) -> str:
+    """The name of what a convex piece with these corners (m, 2) belongs to: they are corners of that."""
+    if len(area.obstacles) <= MOST_NAMED:
+        for k, ring in enumerate(area.obstacles):
+            if (corners[:, None] == ring).all(axis=2).any(axis=1).all():
+                return f"area.obstacles[{k}]"
+    inside = shape_of(corners).centroid
+    beyond = area.boundary is not None and not shapely.Polygon(area.boundary).intersects(inside)
+    return "the area's boundary" if beyond else "an obstacle of the area"

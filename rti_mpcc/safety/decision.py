@@ -24,8 +24,8 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, PlannedStop, Task
 from rti_mpcc.safety import contact, holding
+from rti_mpcc.safety.contact import met_by
 from rti_mpcc.safety.fallback import ControlInput, stopping_motion
-from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import (
     Array,
     Command,

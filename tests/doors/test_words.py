@@ -274,14 +274,13 @@ def test_a_stalled_vehicle_names_the_narrowing() -> None:
     assert "the boundaries leave 0.055 m on either side of the body" in last.diagnostics.reason
 
 
-def test_a_stalled_vehicle_names_what_stands_at_the_paths_end() -> None:
+def test_a_vehicle_that_waits_names_what_stands_at_the_paths_end() -> None:
     beside = box(13.0, HALF - 0.29, 5.5, 0.8)
     last = Ride(on_path()).drive(
-        40.0, lambda each: each.status is Status.STALLED, obstacles=lambda _: [beside]
+        40.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [beside]
     )
-    assert last.status is Status.STALLED
-    assert "the body at the path's end overlaps obstacles[0] at (16." in last.diagnostics.reason
-    assert "by 0.290 m" in last.diagnostics.reason
+    assert last.status is Status.BLOCKED
+    assert "something blocks the route: obstacles[0] at (13." in last.diagnostics.reason
 
 
 @pytest.mark.parametrize(
