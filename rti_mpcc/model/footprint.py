@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry import Corridor
 from geometry.outline import checked_polygon, convex_pieces, merge_convex
-from geometry.shape_grid import Body
+from geometry.shape_grid import Body, locked
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
@@ -37,11 +37,14 @@ def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
 def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
     half, low, length = 0.5 * width, -rear, front + rear
     ends = low + length * np.arange(pieces + 1) / pieces
-    return Body.of(
+    body = Body.of(
         *(
             [(begin, -half), (end, -half), (end, half), (begin, half)]
             for begin, end in pairwise(ends.tolist())
         )
+    )
+    return body._replace(
+        middle=locked(np.array((low + 0.5 * length, 0.0))), half=locked(np.array((0.5 * length, half)))
     )
 
 
