@@ -375,7 +375,7 @@ class ControllerState:
     @property
     def now(self) -> float:
         """Time of this cycle on the controller's own clock [s]."""
-        return self.clock.now
+        return self.clock.time or 0.0
 
     @property
     def on_planned_way(self) -> bool:
