@@ -49,7 +49,7 @@ from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, holding, limiter
-from rti_mpcc.safety.decision import command, emergency, status_of
+from rti_mpcc.safety.decision import ControlDecision, command, emergency, status_of
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.limiter import sent
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
@@ -243,12 +243,12 @@ class DockingController:
 
         1. Check the inputs.
         2. Filter the detections of the goal, and let the goal setpoint follow.
-        3. Change to another route if one is needed and planned; plan with the time that is left. Before a
-           given path is started, check the reachability of its goal.
+        3. Change to another route if one is needed and planned. Before a given path is started, check the
+           reachability of its goal.
         4. Predict where the command will start to act; start the next segment where this one has ended; end
            the course before what blocks it.
         5. Drive what the phase asks for, or the next step of the fallback.
-        6. Keep the command within the limits, and give its reason.
+        6. Keep the command within the limits, and give its reason. Plan with the time that is left.
 
         No input makes it raise: unusable inputs are ignored, and the reason says so.
 
@@ -271,20 +271,10 @@ class DockingController:
         try:
             s, remarks = self._given(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
-            s = s if self._rerouter is None else self._rerouter.routed(s)
-            s = self._rehearsed(s, clock)
+            s = self._on_route(s, clock)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
-            decision = replace(decision, control=self._saturated(decision.control, context.state, s))
-            status = status_of(decision.verdict, after.task)
-            after = sent(after, decision.control, context.begin, context.state, self.config)
-            after = replace(after, begin=context.state)
-            after = _looking_again(after, status, decision.verdict.reason)
-            remarks = (*remarks, unfit, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
-            if self._rerouter is not None:
-                after = self._rerouter.planned_on(after, clock)
-            aimed, at = context.target.pose, context.state
-            answer = command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
+            after, answer = self._sent(s, after, decision, context, clock, detections, (*remarks, unfit))
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -386,7 +376,13 @@ class DockingController:
         goal = replace(goal, undetected=aim.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 
-    # -- the segment --------------------------------------------------------------------------------
+    # -- the route and its segment ------------------------------------------------------------------
+
+    def _on_route(self, s: ControllerState, clock: CycleClock) -> ControllerState:
+        """On another route if one is needed and planned; a given path is checked before it is started."""
+        if self._rerouter is None:
+            return s
+        return self._rehearsed(self._rerouter.routed(s), clock)
 
     def _on_segment(
         self, s: ControllerState, clock: CycleClock
@@ -410,7 +406,7 @@ class DockingController:
 
         If a first plan from there misses it, the vehicle replans.
         """
-        if self._rerouter is None or not course.reachability_is_due(s, self.config):
+        if not course.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
         trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
@@ -429,6 +425,30 @@ class DockingController:
         return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------
+
+    def _sent(
+        self,
+        s: ControllerState,
+        after: ControllerState,
+        decision: ControlDecision,
+        context: PlanningContext,
+        clock: CycleClock,
+        detections: tuple[Judgement, ...],
+        remarks: tuple[str, ...],
+    ) -> tuple[ControllerState, Command]:
+        """The command within the limits, with its reason, and the state that the cycle leaves.
+
+        What is left of the time is for planning another route. `s`: before the decision.
+        """
+        control = self._saturated(decision.control, context.state, s)
+        decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
+        after = sent(after, control, context.begin, context.state, self.config)
+        after = _looking_again(replace(after, begin=context.state), status, decision.verdict.reason)
+        remarks = (*remarks, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
+        if self._rerouter is not None:
+            after = self._rerouter.planned_on(after, clock)
+        aimed, at = context.target.pose, context.state
+        return after, command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
         measured = s.vehicle.monitor.heeded(self.config)
