@@ -21,10 +21,11 @@ import os
 import shutil
 import stat
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache, wraps
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -165,11 +166,31 @@ def load() -> int:
 
 
 def build() -> Iterator[str]:
-    """Compile, one by one, the kernels that are not loaded, and keep them on disk. Yields their names."""
+    """Compile, one by one, the kernels that are not loaded, and keep them on disk. Yields their names.
+
+    Those that another process has compiled meanwhile are loaded.
+    """
     for each in _KERNELS:
         if not each.compiled:
             each.ready()
             yield each.name
+
+
+def modules() -> list[str]:
+    """Return the names of the modules that declare kernels."""
+    return list(dict.fromkeys(each.function.__module__ for each in _KERNELS))
+
+
+def help_build(declaring: Iterable[str]) -> None:
+    """Compile the kernels of modules for another process that does, too: from the last one on.
+
+    What is on disk is left out, so that both meet halfway.
+    """
+    for name in declaring:
+        import_module(name)
+    for each in reversed(_KERNELS):
+        if not each.mark().exists():
+            each.ready()
 
 
 def not_kept() -> str:

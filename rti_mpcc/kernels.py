@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import gc
 import logging
+import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 
 from geometry import compiled, doors
 
 _log = logging.getLogger(__name__)
 
 
-def make_ready() -> int:
+_HELPS = "import sys; from geometry import compiled; compiled.help_build(sys.argv[1:])"
+_FEW = 8  # kernels that are compiled sooner than a second process has started
+
+
+def make_ready(*, second_process: bool = False) -> int:
     """Load all kernels that are kept on this machine and compile the others; return how many these were.
+
+    Args:
+        second_process: another Python process compiles some of them. For programs that Python itself runs:
+            `sys.executable` must be an interpreter.
 
     A warning, and a bar on a terminal, announce the compilation; after it the log says where the kernels are
     kept, or why they are not. Loading takes a fraction of a second, a second call nothing.
@@ -29,10 +39,22 @@ def make_ready() -> int:
         from rich.progress import track
 
         names = track(names, "compiling", total=missing, console=Console(stderr=True), transient=True)
-    count = sum(1 for _ in names)
+    with _helping() if second_process and missing > _FEW else nullcontext():
+        count = sum(1 for _ in names)
     if not compiled.not_kept():
         _log.info("the compiled kernels are kept in %s", compiled.directory())
     return count
+
+
+@contextmanager
+def _helping() -> Iterator[None]:
+    """With a process that compiles from the last kernel on; it is ended with the block."""
+    command = [sys.executable, "-c", _HELPS, *compiled.modules()]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as helper:
+        try:
+            yield
+        finally:
+            helper.terminate()
 
 
 def prepare_process() -> None:

@@ -64,7 +64,7 @@ def exit_status(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> 
 
 
 def _warm(arguments: argparse.Namespace) -> int:
-    count, problem = make_ready(), compiled.not_kept()
+    count, problem = make_ready(second_process=True), compiled.not_kept()
     said = f"compiled {count} kernels" if count else "all kernels are ready"
     where = f"but they are not kept: {problem}" if problem else f"kept in {compiled.directory()}"
     tell_lines([f"{said}, {where}"])

@@ -10,7 +10,7 @@ from typing import get_args
 from rti_mpcc import config
 from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.errors import InputError
-from rti_mpcc.kernels import prepare_process
+from rti_mpcc.kernels import make_ready, prepare_process
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.files import make_writable, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
@@ -88,6 +88,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
         animation = [animation_file(Path(arguments.animate) if arguments.animate else None, folder)]
         make_writable(animation[0].parent)
+    make_ready(second_process=True)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(ride, figures, folder, plots=not arguments.no_plots)

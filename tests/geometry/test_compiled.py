@@ -9,6 +9,7 @@ import re
 import stat
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -86,6 +87,23 @@ def test_a_kernel_is_built_once_and_loaded_from_then_on(declared: Callable[[], M
     assert value(module) == 30.0
     assert module.scaled.stats.cache_hits
     assert compiled.not_kept() == ""
+
+
+def test_what_a_second_process_has_compiled_is_loaded(
+    declared: Callable[[], ModuleType], tmp_path: Path
+) -> None:
+    module = declared()
+    assert compiled.load() == 1
+    helps = "import sys; from geometry import compiled; compiled.help_build(sys.argv[1:])"
+    paths = {"PYTHONPATH": os.pathsep.join((str(ROOT), str(tmp_path)))}
+    with subprocess.Popen([sys.executable, "-c", helps, "declared"], env={**os.environ, **paths}) as helper:
+        while compiled.load():  # it begins with the last kernel
+            assert helper.poll() is None
+            time.sleep(0.1)
+        helper.terminate()
+    assert value(module) == 30.0
+    assert module.scaled.stats.cache_hits
+    assert not list(compiled.build())
 
 
 def test_a_kernel_that_nobody_built_is_built_where_it_is_called(declared: Callable[[], ModuleType]) -> None:
