@@ -16,7 +16,16 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segments
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, PlannedStop, Plans, RouteState, Task
+from rti_mpcc.planning.state import (
+    DRIVING,
+    ControllerState,
+    Halt,
+    Phase,
+    PlannedStop,
+    Plans,
+    RouteState,
+    Task,
+)
 from rti_mpcc.types import GoalOrigin, Trajectory
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
@@ -180,7 +189,8 @@ def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why
     """Stand on this route of no length until a route is planned."""
     assert s.route is not None
     route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
-    s = replace(s, path=path, task=Task(segments=segments), plans=Plans(), route=route, begin=None)
+    task = Task(segments=segments, halt=_lasting_halt(s))
+    s = replace(s, path=path, task=task, plans=Plans(), route=route, begin=None)
     return transition_on(s, Event.WAY_LOST)
 
 
@@ -191,7 +201,7 @@ def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> Con
         s = replace(s, goal=goal)
     plans = _last_plan(s)
     s = transition_on(s, Event.WAY_PLANNED)
-    task = Task(segments=manoeuvre.segments)
+    task = Task(segments=manoeuvre.segments, halt=_lasting_halt(s))
     return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
 
 
@@ -202,6 +212,11 @@ def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> 
     if here:
         s = transition_on(s, Event.STOP_IS_HERE)
     return replace(s, task=replace(s.task, stop=stop), plans=plans)
+
+
+def _lasting_halt(s: ControllerState) -> Halt | None:
+    """The halt for an obstacle that moves: another route has to stay clear of it as long as the last one."""
+    return s.task.halt if s.area.moving else None
 
 
 def _last_plan(s: ControllerState) -> Plans:
