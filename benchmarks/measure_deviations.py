@@ -66,7 +66,7 @@ class Recorder:
         left, part = command.diagnostics.time_to_go, command.diagnostics.part
         arriving = command.status is Status.ARRIVING and part == len(self.controller.state.path.parts) - 1
         if arriving and left is not None and left < SHORT_TO_GO:
-            end, aim = command.trajectory.states[-1], command.diagnostics.aim
+            end, aim = command.trajectory.states[-1], command.diagnostics.target
             self.accepted = max(self.accepted, float(np.hypot(end[X] - aim.x, end[Y] - aim.y)))
         return command
 

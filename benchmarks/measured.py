@@ -82,16 +82,16 @@ class Stages:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._console = Console(stderr=True)
-        self._name, self._begun = "", perf_counter()
+        self._name, self._started = "", perf_counter()
 
     def begin(self, name: str) -> None:
         """End the part before and begin this one."""
         now = perf_counter()
         if self._name:
-            self.seconds[self._name] = now - self._begun
+            self.seconds[self._name] = now - self._started
         if name:
             self._console.print(f"{name} ...", style="dim")
-        self._name, self._begun = name, now
+        self._name, self._started = name, now
 
 
 def measure(extent: Extent) -> Measured:

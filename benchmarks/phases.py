@@ -57,7 +57,10 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("extraction", ("rti_mpcc.controller:RtiMpcc._read",)),
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
     ("check of the plan", ("rti_mpcc.planning.search:rejection_reason",)),
-    ("check of the body", ("rti_mpcc.safety.contact:distance_to_contact", "rti_mpcc.safety.contact:overlap")),
+    (
+        "check of the body",
+        ("rti_mpcc.safety.collision_check:distance_to_contact", "rti_mpcc.safety.collision_check:overlap"),
+    ),
     ("command", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
 )

@@ -37,7 +37,15 @@ from benchmarks.same_list import RUNS, Run
 from benchmarks.tables import ROOT, command_line
 from rti_mpcc.simulation.batch import THREADS
 
-RENAMED: Mapping[str, str] = {"STANDS_AT_STAGING_POSE": "STANDS_AT_CUSP"}
+RENAMED: Mapping[str, str] = {
+    "STANDS_AT_STAGING_POSE": "STANDS_AT_CUSP",
+    "STANDS_BEFORE_SOMETHING": "STANDS_BEFORE_OBSTACLE",
+    "LOOKS_SOON": "RETRIES_SOON",
+    "TOLD_TO_STAND": "COMMANDED_TO_STAND",
+    "PLANS_WAY": "PLANS_ROUTE",
+    "NO_WAY": "NO_ROUTE",
+    "MISTAKE": "INTERNAL_ERROR",
+}
 """Name of a status, source, reason or mission result at BASE -> its name at HEAD."""
 
 DRIVER, LIST = (Path(__file__).with_name(f"same_{name}.py") for name in ("drive", "list"))

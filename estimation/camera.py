@@ -24,8 +24,8 @@ from pydantic import Field, model_validator
 
 from estimation.types import Array
 from geometry import InputError
-from geometry.doors import door, to_rows
 from geometry.settings import Positive, Settings
+from geometry.validation import to_rows, validated
 
 Pixels = Annotated[int, Field(ge=16, le=20000)]
 Metres = Annotated[float, Field(ge=-1e3, le=1e3)]
@@ -92,12 +92,12 @@ class Camera(Settings):
         rotation: Array = turn(self.yaw) @ pitched @ rolled @ ahead
         return rotation
 
-    @door()
+    @validated()
     def seen(self, points: ArrayLike) -> Array:
         """(n, 3) points of the vehicle frame [m] in the camera frame [m], Eq. (K1)."""
         return (to_rows(points, 3, "points") - self.position) @ self.rotation
 
-    @door()
+    @validated()
     def project(self, points: ArrayLike) -> Array:
         """(n, 2) pixels of (n, 3) vehicle frame points [m], Eq. (K2). Raises InputError if one is behind."""
         seen = self.seen(points)
@@ -153,7 +153,7 @@ class CharucoBoard(Settings):
         found = _FAMILY.fullmatch(self.dictionary)
         return None if found is None else int(found["size"])
 
-    @door()
+    @validated()
     def shares_markers(self, other: CharucoBoard) -> bool:
         """Whether both have a marker, so that one board can be taken for the other."""
         mine, theirs = (_FAMILY.fullmatch(board.dictionary) for board in (self, other))
@@ -180,7 +180,7 @@ class CharucoBoard(Settings):
         c, s = cos(self.yaw), sin(self.yaw)
         return np.array([[-s, 0.0, -c], [c, 0.0, -s], [0.0, -1.0, 0.0]])
 
-    @door()
+    @validated()
     def in_goal_frame(self, points: ArrayLike) -> Array:
         """(n, 3) in the goal frame of (n, 2) points of the board, right and down from its corner [m]."""
         flat = to_rows(points, 2, "points") - 0.5 * np.array(self.size)

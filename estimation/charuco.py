@@ -18,8 +18,8 @@ from estimation.board_pose import BoardPose, fit_board
 from estimation.camera import Camera, CharucoBoard, turn
 from estimation.measurement import Frame, GoalMeasurement
 from estimation.types import Array
-from geometry.doors import door
 from geometry.errors import ConfigError, MissingExtraError
+from geometry.validation import validated
 
 Image = NDArray[np.uint8]
 Ids = NDArray[np.int32]
@@ -91,7 +91,7 @@ class CharucoGoalDetector:
         camera: that takes the pictures; board: that stands at the goal.
     """
 
-    @door()
+    @validated()
     def __init__(self, camera: Camera, board: CharucoBoard) -> None:
         self.camera, self.board = camera, board
         self._cv2: Any = opencv()
@@ -102,7 +102,7 @@ class CharucoGoalDetector:
         self._corners = board.in_goal_frame(self._flat)
         self._distortion = np.array(camera.distortion)
 
-    @door(late=True)
+    @validated(late=True)
     def detect(self, image: Image, stamp: float) -> CharucoDetection | None:
         """The goal in a picture exposed at `stamp` [s], or None.
 
@@ -121,7 +121,7 @@ class CharucoGoalDetector:
         )
         return CharucoDetection(measurement=measurement, corners=corners, ids=ids, residuals=pose.residuals)
 
-    @door(late=True)
+    @validated(late=True)
     def annotated(self, image: Image, detection: CharucoDetection | None) -> Image:
         """(height, width, 3) copy of a picture with corners, the board's axes and the goal's pose on it."""
         cv2 = self._cv2

@@ -19,7 +19,7 @@ from estimation.prior import GoalPrior
 from estimation.settings import GoalFilterConfig
 from estimation.track import TrackFilter, shifted
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome
-from geometry.doors import door
+from geometry.validation import validated
 
 CLOCK_SKEW = 0.05
 """A stamp may lie so far ahead of the clock [s]."""
@@ -34,7 +34,7 @@ class GoalPoseFilter:
         config: settings, all with defaults.
     """
 
-    @door()
+    @validated()
     def __init__(self, config: GoalFilterConfig | None = None) -> None:
         self.config = config or GoalFilterConfig()
         self._tracks = TrackFilter(self.config)
@@ -47,12 +47,12 @@ class GoalPoseFilter:
         self._origin = Belief(time=-inf)
         self._past: list[tuple[Detection, Belief]] = []
 
-    @door()
+    @validated()
     def expect(self, prior: GoalPrior | None) -> None:
         """The planned goal, and how wrong it may be; None: nothing is known of it."""
         self._prior = prior
 
-    @door()
+    @validated()
     def predict(self, now: float) -> None:
         """Tell the time [s].
 
@@ -71,7 +71,7 @@ class GoalPoseFilter:
         self._now = now if self._now is None else max(now, self._now)
         self._settle(self._now)
 
-    @door()
+    @validated()
     def update(self, measurement: GoalMeasurement) -> Judgement:
         """Take in one detection, at the time of its stamp; says what became of it. Raises nothing."""
         detection = self._usable(measurement)
@@ -88,7 +88,7 @@ class GoalPoseFilter:
         assert judgement is not None
         return judgement
 
-    @door()
+    @validated()
     def estimate(self, now: float) -> GoalEstimate:
         """What is known of the goal at `now` [s], in so far as it has been told."""
         belief, judged = self._latest, self._latest.judged

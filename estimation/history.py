@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from geometry import Pose2, lift
-from geometry.doors import door
+from geometry.validation import validated
 
 GAP = 0.5
 """Poses farther apart in time than this [s] are not interpolated between."""
@@ -24,7 +24,7 @@ class PoseHistory:
     stamps: tuple[float, ...] = ()
     poses: tuple[Pose2, ...] = ()
 
-    @door(late=True)
+    @validated(late=True)
     def noted(self, stamp: float, pose: Pose2, *, length: float) -> PoseHistory:
         """With one more pose, without those older than `length` [s]. A clock that runs back begins anew."""
         if not isfinite(stamp):
@@ -37,7 +37,7 @@ class PoseHistory:
         first = max(bisect_left(self.stamps, stamp - length) - 1, 0)
         return PoseHistory((*self.stamps[first:], stamp), (*self.poses[first:], pose))
 
-    @door(late=True)
+    @validated(late=True)
     def at(self, stamp: float, *, ahead: float = 0.0) -> Pose2 | None:
         """The pose at `stamp` [s], interpolated; None where it is not known.
 
@@ -65,7 +65,7 @@ class PoseHistory:
             before.phi + share * turn,
         )
 
-    @door(late=True)
+    @validated(late=True)
     def mean(self, since: float) -> Pose2 | None:
         """The mean of the poses from `since` on [s], on the branch of the latest; None: there are none."""
         poses = self.poses[bisect_left(self.stamps, since) :]

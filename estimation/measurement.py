@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array
 from geometry import InputError, Pose2
-from geometry.doors import to_floats
 from geometry.errors import shown
+from geometry.validation import to_floats
 
 FARTHEST = 1e6
 """Coordinates and standard deviations beyond this [m], [rad] are a mistake, not a detection."""
@@ -85,14 +85,14 @@ class GoalMeasurement:
 class Detection:
     """A usable detection in the world: stamp [s], value (3,) x, y, heading, covariance (3, 3).
 
-    `told` are frame and numbers as they were told: the vehicle pose that they were put into the world with
-    may be known better when they are told again.
+    `reported` are frame and numbers as they were given: the vehicle pose that they were put into the world
+    with may be known better when they are given again.
     """
 
     stamp: float
     value: Array
     covariance: Array
-    told: tuple[Frame, float, float, float]
+    reported: tuple[Frame, float, float, float]
 
     @property
     def pose(self) -> Pose2:
@@ -102,7 +102,7 @@ class Detection:
 
     def same(self, other: Detection) -> bool:
         """Whether the other one is this one told again."""
-        return self.stamp == other.stamp and self.told == other.told
+        return self.stamp == other.stamp and self.reported == other.reported
 
 
 def is_time(seconds: float) -> bool:
@@ -126,10 +126,10 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     covariance = _covariance(m, config)
     if isinstance(covariance, str):
         return covariance
-    told = (m.frame, m.x, m.y, m.phi)
+    reported = (m.frame, m.x, m.y, m.phi)
     if m.frame is Frame.WORLD:
         value = np.array([m.x, m.y, m.phi])
-        return Detection(stamp=m.stamp, value=value, covariance=covariance, told=told)
+        return Detection(stamp=m.stamp, value=value, covariance=covariance, reported=reported)
     if v is None:
         return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
     goal = v.compose(Pose2(m.x, m.y, m.phi))
@@ -143,7 +143,7 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     if not _definite(covariance):
         return "its covariance is not positive definite once turned into the world"
     value = np.array([goal.x, goal.y, goal.phi])
-    return Detection(stamp=m.stamp, value=value, covariance=covariance, told=told)
+    return Detection(stamp=m.stamp, value=value, covariance=covariance, reported=reported)
 
 
 def _covariance(measurement: GoalMeasurement, config: GoalFilterConfig) -> Array | str:

@@ -75,15 +75,15 @@ class Noise(NamedTuple):
     steering: float = 0.0
 
 
-class Asked(NamedTuple):
+class CommandedChange(NamedTuple):
     """What the commands change from one measurement to the next: speed [m/s], steering [rad].
 
-    `believed`: the steering at the first of the two [rad]; `acting`: the speed with what acts besides [m/s].
+    `estimated`: the steering at the first of the two [rad]; `acting`: the speed with what acts besides [m/s].
     """
 
     speed: float
     steering: float
-    believed: float
+    estimated: float
     acting: float
 
 
@@ -96,14 +96,18 @@ def track_from(at: float, measured: Array, speed: float, steering: float) -> Arr
     return track
 
 
-def moved_on(track: Array, at: float, measured: Array, asked: Asked, noise: Noise, wheelbase: float) -> Array:
+def moved_on(
+    track: Array, at: float, measured: Array, commanded: CommandedChange, noise: Noise, wheelbase: float
+) -> Array:
     """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
     gone = min(int(track[:, AT].searchsorted(at - LENGTH)), len(track) - 1)
     longer = np.empty((len(track) - gone + 1, COLUMNS))
     longer[:-1] = track[gone:]
-    longer[-2, STEERING] = asked.believed
+    longer[-2, STEERING] = commanded.estimated
     longer[-1, AT], longer[-1, X:ALONG] = at, measured[:5]
-    _move_on(longer[-2], asked.speed, asked.steering, asked.acting, noise.along, wheelbase, longer[-1])
+    _move_on(
+        longer[-2], commanded.speed, commanded.steering, commanded.acting, noise.along, wheelbase, longer[-1]
+    )
     return longer
 
 
@@ -119,12 +123,12 @@ def _move_on(
     c, s, dx, dy = cos(middle), sin(middle), now[X] - last[X], now[Y] - last[Y]
     now[PHI] = last[PHI] + turn
     _command(last, gained, steered, now)
-    told, driven = 0.5 * h * (now[SPEED] + last[SPEED]), now[DRIVEN] - last[DRIVEN]
+    reported, driven = 0.5 * h * (now[SPEED] + last[SPEED]), now[DRIVEN] - last[DRIVEN]
     leap = now[SPEED] - last[SPEED] - gained
-    step = _step(last, c * dx + s * dy, told, driven, noise, now)
+    step = _step(last, c * dx + s * dy, reported, driven, noise, now)
     now[ALONG] = last[ALONG] + step
     now[ASIDE] = last[ASIDE] + c * dy - s * dx
-    now[TOLD] = last[TOLD] + told
+    now[TOLD] = last[TOLD] + reported
     now[TURNED] = last[TURNED] + step * tan(0.5 * (now[DELTA] + last[DELTA])) / wheelbase
     now[LEAPS] = last[LEAPS] + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0)
     now[STEERING] = 0.0
@@ -157,14 +161,14 @@ def _led(explained: float, speed: float, h: float, most: float) -> float:
 
 
 @inner
-def _step(last: Array1, step: float, told: float, driven: float, noise: float, now: Out1) -> float:
+def _step(last: Array1, step: float, reported: float, driven: float, noise: float, now: Out1) -> float:
     """How far the vehicle moved by a step of the pose [m]; sets what of the pose was corrected.
 
     A step that neither speed nor commands explain is a correction of the pose, not a motion, unless there was
     one a moment ago. The next one may take it back.
     """
     now[STEP], now[STEP_AT] = last[STEP], last[STEP_AT]
-    off = step - told if abs(step - told) <= abs(step - driven) else step - driven
+    off = step - reported if abs(step - reported) <= abs(step - driven) else step - driven
     if abs(off) <= _CORRECTION + 5.0 * sqrt(2.0) * noise:
         return step
     taken_back = abs(last[STEP] + off) < 0.5 * abs(off)
@@ -218,20 +222,20 @@ def _ways(track: Array2, at: float) -> tuple[float, float]:
             length, share = track[later, AT] - track[k, AT], 0.0
             if length > 0.0:
                 share = min((at - track[k, AT]) / length, 1.0)
-            told = track[k, TOLD] + share * (track[later, TOLD] - track[k, TOLD])
-            return told, track[k, DRIVEN] + share * (track[later, DRIVEN] - track[k, DRIVEN])
+            reported = track[k, TOLD] + share * (track[later, TOLD] - track[k, TOLD])
+            return reported, track[k, DRIVEN] + share * (track[later, DRIVEN] - track[k, DRIVEN])
         later = k
     return track[later, TOLD], track[later, DRIVEN]
 
 
 @kernel
-def ways_at(track: Array2, at: float) -> tuple[float, float]:
+def distances_at(track: Array2, at: float) -> tuple[float, float]:
     """See `_ways`."""
     return _ways(track, at)
 
 
 @kernel
-def ways_since(track: Array2, seconds: float, late: float) -> tuple[float, float, float, float, float]:
+def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, float, float, float, float]:
     """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, and
     what the speed may be off.
 
@@ -242,11 +246,11 @@ def ways_since(track: Array2, seconds: float, late: float) -> tuple[float, float
     while track[k, AT] < known and k < len(track) - 1:
         k += 1
     now, then = track[-1], track[k]
-    told, driven = now[TOLD] - then[TOLD], now[DRIVEN] - then[DRIVEN]
+    reported, driven = now[TOLD] - then[TOLD], now[DRIVEN] - then[DRIVEN]
     if late > 0.0:
         ends, starts = _ways(track, now[AT] - late), _ways(track, then[AT] - late)
-        told, driven = ends[0] - starts[0], ends[1] - starts[1]
-    return then[AT], now[ALONG] - then[ALONG], told, driven, now[LEAPS] - then[LEAPS]
+        reported, driven = ends[0] - starts[0], ends[1] - starts[1]
+    return then[AT], now[ALONG] - then[ALONG], reported, driven, now[LEAPS] - then[LEAPS]
 
 
 def leap(track: Array, noise: float) -> float:
@@ -276,7 +280,7 @@ def _agree(before: float, most: float, now: Out1) -> None:
     now[EXPLAINED] = _led(now[EXPLAINED], now[SPEED], now[AT] - before, most)
 
 
-def commanded_anew(track: Array, rates: Callable[[float, float], tuple[float, float]]) -> Array:
+def with_commands(track: Array, rates: Callable[[float, float], tuple[float, float]]) -> Array:
     """The track with commands that turn out to act at other times.
 
     `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].

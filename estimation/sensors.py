@@ -39,17 +39,17 @@ from estimation.odometry import (
     TOLD,
     VV,
     WINDOWS,
-    Asked,
+    CommandedChange,
     Geometry,
     Noise,
     agreeing,
     before,
+    distances_at,
+    distances_since,
     latest,
     leap,
     moved_on,
     track_from,
-    ways_at,
-    ways_since,
 )
 from estimation.steering import (
     STEERING_WINDOW,
@@ -88,13 +88,13 @@ class LeftOut(NamedTuple):
     agreed: float = 0.0
     times: int = 0
 
-    def judged(self, problem: str, way: float) -> LeftOut:
-        """After one more comparison, `way` [m] further on."""
+    def judged(self, problem: str, distance: float) -> LeftOut:
+        """After one more comparison, `distance` [m] further on."""
         if not (problem or self.problem):
             return self
         if problem:
             return LeftOut(problem, 0.0, self.times + (not self.problem))
-        agreed = self.agreed + way
+        agreed = self.agreed + distance
         proven = agreed >= _PROOF * 2.0 ** max(self.times - 1, 0)
         return LeftOut("" if proven else self.problem, agreed, self.times)
 
@@ -157,11 +157,14 @@ class Sensors:
         if self.steering.problem:
             usable[4] = self.angle
         if self.late:
-            way = float(self.track[-1, TOLD]) - ways_at(self.track, float(self.track[-1, AT]) - self.late)[0]
-            turn = way * tan(float(usable[4])) / wheelbase
+            distance = (
+                float(self.track[-1, TOLD])
+                - distances_at(self.track, float(self.track[-1, AT]) - self.late)[0]
+            )
+            turn = distance * tan(float(usable[4])) / wheelbase
             middle = float(usable[2]) + 0.5 * turn
-            usable[0] += way * cos(middle)
-            usable[1] += way * sin(middle)
+            usable[0] += distance * cos(middle)
+            usable[1] += distance * sin(middle)
             usable[2] += turn
         return usable
 
@@ -175,13 +178,13 @@ class Sensors:
 
 
 def compare_sensors(
-    known: Sensors, at: float, measured: Array, asked: Asked, noise: Noise, body: Geometry
+    known: Sensors, at: float, measured: Array, commanded: CommandedChange, noise: Noise, body: Geometry
 ) -> Sensors:
     """The sensors after one more measurement (6,) whose pose has not jumped, at `at` [s]."""
     track = known.track
     if track is None or at <= track[-1, AT]:
         return known
-    track = moved_on(track, at, measured, asked, noise, body.wheelbase)
+    track = moved_on(track, at, measured, commanded, noise, body.wheelbase)
     leapt = 0.0 if known.pose else leap(track, noise.speed)
     if len(track) < _FIRST_READINGS:
         return replace(known, track=track, leap=leapt)
@@ -190,13 +193,13 @@ def compare_sensors(
     noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
     # Noise of a vehicle at rest is no way that it has driven.
     moves = abs(now[POSE_SPEED]) > 3.0 * sqrt(now[VV])
-    way = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
+    distance = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
     gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
     agree = all(gap.agree for gap in gaps)
     if not (known.pose or agree):
-        known = _speed_or_pose(known, track, gaps, noise, way)
+        known = _speed_or_pose(known, track, gaps, noise, distance)
     elif not known.pose and known.speed.problem:
-        known = replace(known, speed=known.speed.judged("", way))
+        known = replace(known, speed=known.speed.judged("", distance))
     elif not known.pose:
         track = agreeing(track)
     if not known.pose:
@@ -204,8 +207,8 @@ def compare_sensors(
     if known.pose:
         known = replace(known, speed=known.speed.judged(_unfollowed(track), 0.0))
     else:
-        known = _steering(known, track, asked.steering, noise, way, body)
-    moved = known.moved if known.pose or known.unsteered else known.moved + way
+        known = _steering(known, track, commanded.steering, noise, distance, body)
+    moved = known.moved if known.pose or known.unsteered else known.moved + distance
     return replace(known, track=track, leap=leapt, consistent=agree, moved=moved)
 
 
@@ -217,37 +220,39 @@ class _Gap(NamedTuple):
 
     since: float
     moved: float
-    told: float
+    reported: float
     driven: float
     most: float
 
     @property
     def agree(self) -> bool:
-        return abs(self.moved - self.told) <= self.most
+        return abs(self.moved - self.reported) <= self.most
 
 
 def _gap(track: Array, seconds: float, noise: Noise, late: float) -> _Gap:
-    since, moved, told, driven, leaps = ways_since(track, seconds, late)
+    since, moved, reported, driven, leaps = distances_since(track, seconds, late)
     length = float(track[-1, AT]) - since
     cycle = length / max(len(track) - 1, 1)
     random = sqrt(2.0) * noise.along + sqrt(length * cycle) * noise.speed
-    most = _FLOOR + _SHARE * max(abs(moved), abs(told)) + SIGMAS * random + leaps
-    return _Gap(since, moved, told, driven, most)
+    most = _FLOOR + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
+    return _Gap(since, moved, reported, driven, most)
 
 
-def _speed_or_pose(known: Sensors, track: Array, gaps: Sequence[_Gap], noise: Noise, way: float) -> Sensors:
+def _speed_or_pose(
+    known: Sensors, track: Array, gaps: Sequence[_Gap], noise: Noise, distance: float
+) -> Sensors:
     """With the verdict on speed and pose, which disagree in some of the `gaps`."""
     wide, now = next(gap for gap in gaps if not gap.agree), float(track[-1, AT])
     if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(now - wide.since, 1e-3)
         by_pose = wide.moved / seconds
         problem = (
-            f"speed sensor says {wide.told / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
+            f"speed sensor says {wide.reported / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
             f"speed from the pose is used"
         )
         if known.speed.problem:
             problem = known.speed.problem  # said once, with the first figures
-        return replace(known, speed=known.speed.judged(problem, way))
+        return replace(known, speed=known.speed.judged(problem, distance))
     late = _delay(track, noise)
     if late is not None:
         steady = abs(late - known.seen_late) < 1.5 * _LATE_STEP
@@ -255,7 +260,7 @@ def _speed_or_pose(known: Sensors, track: Array, gaps: Sequence[_Gap], noise: No
         if now - since >= _LATE_TIME:
             return replace(known, late=late, seen_late=late, late_since=since)
         return replace(known, seen_late=known.seen_late if steady else late, late_since=since)
-    problem = f"the pose moves {wide.moved:.2f} m where the speed sensor says {wide.told:.2f} m"
+    problem = f"the pose moves {wide.moved:.2f} m where the speed sensor says {wide.reported:.2f} m"
     return replace(known, pose=problem, late=0.0)
 
 
@@ -264,9 +269,9 @@ def _blames_speed(track: Array, gap: _Gap) -> bool:
     now, then = latest(track), before(track, float(track[-1, AT]) - gap.since)
     if now[SPEED] == 0.0 and now[TOLD] != then[TOLD]:
         return True  # the sensor has just fallen into its dead band
-    if abs(gap.moved - gap.driven) <= abs(gap.told - gap.driven):
+    if abs(gap.moved - gap.driven) <= abs(gap.reported - gap.driven):
         return True
-    stands, moves = abs(gap.told) <= gap.most, abs(gap.moved) > gap.most
+    stands, moves = abs(gap.reported) <= gap.most, abs(gap.moved) > gap.most
     return stands and moves and abs(now[ASIDE] - then[ASIDE]) <= 0.2 * abs(gap.moved)
 
 
@@ -276,7 +281,7 @@ def _delay(track: Array, noise: Noise) -> float | None:
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
         gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *WINDOWS)]
-        off = sum(abs(gap.moved - gap.told) for gap in gaps)
+        off = sum(abs(gap.moved - gap.reported) for gap in gaps)
         if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - _SHORT:
             best, found = off, late
     return found
@@ -311,17 +316,19 @@ def _beside_turns(track: Array2, least: float) -> tuple[float, float, float]:
 def _unfollowed(track: Array) -> str:
     """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
     now, then = latest(track), before(track, 0.5)
-    asked, told = now[ASKED] - then[ASKED], now[SPEED] - then[SPEED]
-    if abs(told - asked) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(asked):
+    commanded, reported = now[ASKED] - then[ASKED], now[SPEED] - then[SPEED]
+    if abs(reported - commanded) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(commanded):
         return ""
-    return f"speed sensor changes by {told:.2f} m/s where {asked:.2f} m/s was commanded: it is not used"
+    return (
+        f"speed sensor changes by {reported:.2f} m/s where {commanded:.2f} m/s was commanded: it is not used"
+    )
 
 
 # -- steering -------------------------------------------------------------------------------------------
 
 
 def _steering(
-    known: Sensors, track: Array, steered: float, noise: Noise, way: float, body: Geometry
+    known: Sensors, track: Array, steered: float, noise: Noise, distance: float, body: Geometry
 ) -> Sensors:
     """With the verdict on the steering, and its angle while its sensor is left out."""
     out, unsteered = known.steering.problem != "", known.unsteered
@@ -339,7 +346,7 @@ def _steering(
     then = before(track, STEERING_WINDOW)
     angle = known.angle + steered if out else then[STEERING] + float(track[-1, STEERED]) - then[STEERED]
     angle = observe_steering(track, angle, noise, body)
-    proof = way if abs(angle) > _TELLING else 0.0
+    proof = distance if abs(angle) > _TELLING else 0.0
     # It is said once, with the first figures.
     judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
     return replace(known, steering=judged, angle=angle, unmoved=still)

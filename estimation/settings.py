@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from geometry.doors import door
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings
+from geometry.validation import validated
 
 Std = Annotated[float, Field(gt=0.0, le=1e3)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e4)]
@@ -35,7 +35,7 @@ class DetectionNoise(Settings):
     heading_floor: Std = 0.001
     reference_range: Positive = 10.0
 
-    @door()
+    @validated()
     def covariance(self, distance: float) -> NDArray[np.float64]:
         """(3, 3) of x, y, heading at `distance` [m]."""
         share = distance / self.reference_range
@@ -79,7 +79,7 @@ class GoalFilterConfig(Settings):
     lost_after: Seconds = 2.0
     history: Seconds = 1.0
 
-    @door()
+    @validated()
     def drift(self, seconds: float) -> NDArray[np.float64]:
         """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
         position, heading = self.position_drift**2 * seconds, self.heading_drift**2 * seconds

@@ -47,17 +47,19 @@ def left_aside(track: Array, noise: Noise, body: Geometry, *, out: bool) -> str:
     """
     noisy = SIGMAS * sqrt(2.0) * noise.heading
     for seconds in WINDOWS:
-        moved, turned, told = _turns(track, seconds)
+        moved, turned, reported = _turns(track, seconds)
         most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / body.wheelbase
-        if abs(turned - told) > most and (out or _explains(track, seconds, turned, told, body.wheelbase)):
+        if abs(turned - reported) > most and (
+            out or _explains(track, seconds, turned, reported, body.wheelbase)
+        ):
             return steering_words(track, seconds, body)
     changed, moved = drifted(track, 1.0, body.wheelbase)
     if not moved:
         return ""
     now, then = latest(track), before(track, 1.0)
-    told, asked = now[DELTA] - then[DELTA], now[STEERED] - then[STEERED]
-    most = _DRIFT + 0.15 * abs(told) + 2.0 * body.wheelbase * (noisy + _TURN_LEAST) / moved
-    explained = out or abs(told + changed - asked) < abs(told - asked)
+    reported, commanded = now[DELTA] - then[DELTA], now[STEERED] - then[STEERED]
+    most = _DRIFT + 0.15 * abs(reported) + 2.0 * body.wheelbase * (noisy + _TURN_LEAST) / moved
+    explained = out or abs(reported + changed - commanded) < abs(reported - commanded)
     return steering_words(track, WINDOWS[0], body) if abs(changed) > most and explained else ""
 
 
@@ -70,8 +72,8 @@ def _turns(track: Array2, seconds: float) -> tuple[float, float, float]:
 
 def steering_words(track: Array, seconds: float, body: Geometry) -> str:
     """What is said of a steering sensor that disagrees with the pose over a window [s]."""
-    moved, turned, told = _turns(track, seconds)
-    says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (told, turned))
+    moved, turned, reported = _turns(track, seconds)
+    says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (reported, turned))
     return (
         f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
         f"steering from the turns is used"
@@ -88,17 +90,17 @@ def drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, flo
     for k in range(2):
         end = ends[k]
         start = track[index_before(track, now[AT] - end[AT] + WINDOWS[0])]
-        way = end[ALONG] - start[ALONG]
-        least = min(least, abs(way))
+        distance = end[ALONG] - start[ALONG]
+        least = min(least, abs(distance))
         if least < _DRIFT_WAY:
             return 0.0, 0.0
-        aside = (end[PHI] - start[PHI] - end[TURNED] + start[TURNED]) / way
+        aside = (end[PHI] - start[PHI] - end[TURNED] + start[TURNED]) / distance
         angle = aside if k == 0 else angle - aside
     return wheelbase * angle, least
 
 
 @kernel
-def _explains(track: Array2, seconds: float, turned: float, told: float, wheelbase: float) -> bool:
+def _explains(track: Array2, seconds: float, turned: float, reported: float, wheelbase: float) -> bool:
     """Whether the commands of a window [s] explain the turn of the pose [rad] better than that of the
     steering sensor."""
     first, explained = index_before(track, seconds), 0.0
@@ -106,7 +108,7 @@ def _explains(track: Array2, seconds: float, turned: float, told: float, wheelba
         half = 0.5 * (track[k, STEERED] + track[k - 1, STEERED])
         angle = track[first, STEERING] + half - track[first, STEERED]
         explained += (track[k, ALONG] - track[k - 1, ALONG]) * tan(max(min(angle, 1.4), -1.4)) / wheelbase
-    return abs(turned - explained) < abs(told - explained)
+    return abs(turned - explained) < abs(reported - explained)
 
 
 def observe_steering(track: Array, angle: float, noise: Noise, body: Geometry) -> float:
@@ -124,11 +126,13 @@ def observe_steering(track: Array, angle: float, noise: Noise, body: Geometry) -
 
 def unmoved(track: Array, noise: Noise) -> str:
     """What is said of a steering sensor that stays as it is although another angle is commanded, or ""."""
-    seconds, asked = _still(track, _UNMOVED_MOST + SIGMAS * noise.steering)
-    if seconds < _UNMOVED_TIME - 1e-9 or abs(asked) < _UNMOVED_LEAST + SIGMAS * noise.steering:
+    seconds, commanded = _still(track, _UNMOVED_MOST + SIGMAS * noise.steering)
+    if seconds < _UNMOVED_TIME - 1e-9 or abs(commanded) < _UNMOVED_LEAST + SIGMAS * noise.steering:
         return ""
     delta = track[-1, DELTA]
-    return f"steering sensor has stayed at {delta:+.2f} rad where a change by {asked:+.2f} rad was commanded"
+    return (
+        f"steering sensor has stayed at {delta:+.2f} rad where a change by {commanded:+.2f} rad was commanded"
+    )
 
 
 @kernel

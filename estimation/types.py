@@ -9,8 +9,8 @@ import numpy as np
 
 from geometry import Pose2
 from geometry.arrays import Array as Array
-from geometry.doors import door
 from geometry.errors import InputError
+from geometry.validation import validated
 
 
 class GoalStatus(Enum):
@@ -90,7 +90,7 @@ class GoalEstimate:
     nis: float | None = None
 
 
-@door()
+@validated()
 def stds_in(goals: Array, covariances: Array) -> Array:
     """(n, 3) standard deviations along, across [m] and of the heading [rad], in the frames of goals (n, 3).
 

@@ -13,7 +13,6 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.doors import door, to_rows
 from geometry.errors import AreaError, InputError
 from geometry.outline import (
     FARTHEST,
@@ -26,6 +25,7 @@ from geometry.outline import (
 )
 from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid, locked
+from geometry.validation import to_rows, validated
 
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
 
@@ -47,7 +47,7 @@ class Area:
     obstacles: tuple[Array, ...]
     grid: ShapeGrid
 
-    @door(AreaError)
+    @validated(AreaError)
     def __init__(self, *, boundary: ArrayLike | None = None, obstacles: Sequence[ArrayLike] = ()) -> None:
         """Check and build.
 
@@ -65,7 +65,7 @@ class Area:
         self._hold(outline, rings, ShapeGrid.of_shapes([*_outside(outline), *_pieces(rings)]))
 
     @classmethod
-    @door(AreaError)
+    @validated(AreaError)
     def from_map(cls, file: str | PathLike[str], *, unknown_is_free: bool = False) -> Area:
         """Read an occupancy grid in the format of the ROS map_server, see geometry.map_file.
 
@@ -83,7 +83,7 @@ class Area:
         return cls._of_map(*read_map(file, unknown_is_free=unknown_is_free))
 
     @classmethod
-    @door(AreaError)
+    @validated(AreaError)
     def from_grid(
         cls,
         array: Any,
@@ -111,7 +111,7 @@ class Area:
 
         return cls._of_map(*grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
-    @door(AreaError)
+    @validated(AreaError)
     def bounded(self, points: ArrayLike, beyond: float) -> Area:
         """Return the same area with a boundary: a box so far beyond its obstacles and points (n, 2) [m].
 
@@ -134,7 +134,7 @@ class Area:
         outline = _checked(corners, "points", checked_polygon)
         return Area.__new__(Area)._hold(outline, self.obstacles, self.grid.with_shapes(_outside(outline)))
 
-    @door(AreaError)
+    @validated(AreaError)
     def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
         """Return the same area with more obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m].
 
@@ -147,7 +147,7 @@ class Area:
         grid = self.grid.with_shapes(_pieces(more))
         return Area.__new__(Area)._hold(self.boundary, (*self.obstacles, *more), grid)
 
-    @door(AreaError, late=True)
+    @validated(AreaError, late=True)
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
         """Return the signed distances (n,) [m] of a body at `poses` (n, 3) to all that is solid.
 
@@ -159,7 +159,7 @@ class Area:
         """
         return self.grid.signed_distances(body, poses, within)[:, 0]
 
-    @door(AreaError)
+    @validated(AreaError)
     def solid_beside(self, other: Area, least: float) -> list[Array]:
         """Return the convex shapes (m_i, 2) that are solid here and not in the other area [m].
 

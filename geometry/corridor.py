@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from geometry.area import Area
 from geometry.arrays import Array
 from geometry.contacts import Contacts, line_contacts
-from geometry.doors import Admitted, admit, door, to_rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts, nearest_contacts
 from geometry.offsets import Narrowing, sections_of, trimmed
@@ -29,6 +28,7 @@ from geometry.outline import (
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import POINT, Body, ShapeGrid, locked
+from geometry.validation import Validated, to_rows, validate, validated
 from geometry.walls import BEHIND, PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
@@ -38,7 +38,7 @@ _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Corridor(Admitted, error=CorridorError):
+class Corridor(Validated, error=CorridorError):
     """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacles.
 
     The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles. Of one
@@ -57,7 +57,7 @@ class Corridor(Admitted, error=CorridorError):
     kept_out: ShapeGrid = field(init=False)
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         shapes = [checked_shape(each, f"obstacles[{i}]") for i, each in enumerate(self.obstacles)]
         object.__setattr__(self, "obstacles", tuple(locked(corners_of(shape)) for shape in shapes))
         pieces = [convex_pieces(shape) for shape in shapes]
@@ -66,7 +66,7 @@ class Corridor(Admitted, error=CorridorError):
         object.__setattr__(self, "kept_out", grid)
 
     @classmethod
-    @door(CorridorError)
+    @validated(CorridorError)
     def from_offsets(
         cls,
         path: ReferencePath,
@@ -98,7 +98,7 @@ class Corridor(Admitted, error=CorridorError):
         return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
 
     @classmethod
-    @door(CorridorError)
+    @validated(CorridorError)
     def from_polygon(
         cls, path: ReferencePath, polygon: ArrayLike, *, obstacles: Sequence[ArrayLike] = ()
     ) -> Corridor:
@@ -121,12 +121,12 @@ class Corridor(Admitted, error=CorridorError):
         return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
 
     @classmethod
-    @door(CorridorError)
+    @validated(CorridorError)
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
         return cls(walls=(_NO_LINES,), area=area)
 
-    @door(CorridorError)
+    @validated(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
         """Return the same boundaries with other obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m].
 
@@ -142,7 +142,7 @@ class Corridor(Admitted, error=CorridorError):
             return FLANKS
         return 3 if self.obstacles else 2
 
-    @door(late=True)
+    @validated(late=True)
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
 
@@ -159,7 +159,7 @@ class Corridor(Admitted, error=CorridorError):
             return apart
         return np.concatenate((apart, self.kept_out.signed_distances(body, poses, within)), axis=1)
 
-    @door(late=True)
+    @validated(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
         """Return where the pieces of a body at `poses` (n, 3) are nearest to each side.
 
@@ -186,7 +186,7 @@ class Corridor(Admitted, error=CorridorError):
                 found = np.concatenate((found, nearest), axis=2)
         return Contacts(values=locked(found))
 
-    @door(late=True)
+    @validated(late=True)
     def beyond(self, part: int, points: Array) -> Array:
         """Return how far points (n, 2) are beyond the nearest boundary (n,) [m]; 0 where they may be.
 
@@ -195,7 +195,7 @@ class Corridor(Admitted, error=CorridorError):
         walls = self._part(part)
         return walls.grid.beyond(to_rows(points, 2, "points"), BEHIND if walls.is_open else inf)
 
-    @door(late=True)
+    @validated(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
         """Return whether a boundary with open ends lies across the straight way between two points [m].
 
@@ -216,7 +216,7 @@ class Corridor(Admitted, error=CorridorError):
         """
         return min(walls.narrowest for walls in self.walls)
 
-    @door(late=True)
+    @validated(late=True)
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         walls = self._part(part)

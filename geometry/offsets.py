@@ -23,10 +23,10 @@ import shapely
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex, Mask
-from geometry.doors import Admitted
 from geometry.errors import CorridorError
 from geometry.part import PathPart
 from geometry.sampling import SPACING, as_complex, as_pairs, number_steps, steps, thin_out
+from geometry.validation import Validated
 
 _PROBE = 1e-3  # [m]
 _AT_A_TIME = 8_000  # points that are computed together: a long route takes little memory meanwhile
@@ -37,7 +37,7 @@ _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is soug
 
 
 @dataclass(frozen=True, slots=True)
-class Narrowing(Admitted, error=CorridorError):
+class Narrowing(Validated, error=CorridorError):
     """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
 
     Attributes:

@@ -12,11 +12,11 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.doors import to_rows
 from geometry.errors import CorridorError, InputError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
 from geometry.sampling import number_steps, steps
+from geometry.validation import to_rows
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
 """What an obstacle may be."""

@@ -25,10 +25,10 @@ from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
-from geometry.doors import Admitted, admit, door, to_float, to_floats
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
 from geometry.sampling import MOST, steps
+from geometry.validation import Validated, to_float, to_floats, validate, validated
 
 # 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
 _HEADING_LIMIT: Final = 0.5 * pi + 1e-9
@@ -51,7 +51,7 @@ class PathReference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PathPart(Admitted, error=PathError):
+class PathPart(Validated, error=PathError):
     """A part of a route that is driven in one direction.
 
     Attributes:
@@ -70,7 +70,7 @@ class PathPart(Admitted, error=PathError):
     phi: Array
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
             values.setflags(write=False)
 
@@ -94,7 +94,7 @@ class PathPart(Admitted, error=PathError):
         """Vehicle pose at `end`."""
         return Pose2(self.x[-1], self.y[-1], self.phi[-1])
 
-    @door(late=True)
+    @validated(late=True)
     def places(self, spacing: float, *, least: int = 1) -> Array:
         """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
 
@@ -106,7 +106,7 @@ class PathPart(Admitted, error=PathError):
         count = max(int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0]), least)
         return np.linspace(self.start, self.end, count + 1)
 
-    @door(late=True)
+    @validated(late=True)
     def reference(self, theta: ArrayLike) -> PathReference:
         """Return the path poses at theta (n,) [m]: exact within, straight behind both ends.
 
@@ -117,7 +117,7 @@ class PathPart(Admitted, error=PathError):
         _reference(*self._arrays, theta, found)
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
-    @door(late=True)
+    @validated(late=True)
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
         theta = np.atleast_1d(to_floats(theta))
@@ -125,12 +125,12 @@ class PathPart(Admitted, error=PathError):
         piece = np.searchsorted(self.knots[1:-1], theta, side="right")
         return np.where(inside, self.curvatures[piece], 0.0)
 
-    @door(late=True)
+    @validated(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
         return Pose2(*_pose(*self._arrays, to_float(theta)))
 
-    @door(late=True)
+    @validated(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:
         """Return the theta of a pose that projects to `theta` [m]: beyond an end along the tangent."""
         if theta >= self.end:
@@ -139,7 +139,7 @@ class PathPart(Admitted, error=PathError):
             return self.start + min(0.0, self.direction * pose.relative_to(self.first).x)
         return theta
 
-    @door(late=True)
+    @validated(late=True)
     def project(
         self,
         x: float,

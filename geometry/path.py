@@ -16,17 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import interpolation
 from geometry.arrays import Array
-from geometry.doors import Admitted, admit, door, to_rows
 from geometry.errors import PathError, shown
 from geometry.files import TABLE, File, opened
 from geometry.part import PathPart, PathReference
 from geometry.pose import Pose2
+from geometry.validation import Validated, to_rows, validate, validated
 
 _COLUMNS = ("x", "y", "heading", "direction")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ReferencePath(Admitted, error=PathError):
+class ReferencePath(Validated, error=PathError):
     """A route, cut at its cusps into parts of one direction.
 
     Theta [m] counts along the whole route and grows over cusps. Position and vehicle heading are continuous.
@@ -38,7 +38,7 @@ class ReferencePath(Admitted, error=PathError):
     parts: tuple[PathPart, ...]
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         if not self.parts:
             raise PathError("parts is empty: a path needs at least one part.")
 
@@ -68,7 +68,7 @@ class ReferencePath(Admitted, error=PathError):
         return max(float(np.abs(part.curvatures).max()) for part in self.parts)
 
     @classmethod
-    @door(PathError)
+    @validated(PathError)
     def from_segments(cls, start: Pose2, segments: Sequence[tuple[int, float, float]]) -> ReferencePath:
         """Build a route from segments (direction, curvature [1/m], length [m]), driven in order.
 
@@ -93,7 +93,7 @@ class ReferencePath(Admitted, error=PathError):
         return cls._from_pieces(start, directions, curvatures, lengths)
 
     @classmethod
-    @door(PathError)
+    @validated(PathError)
     def from_poses(
         cls, poses: Sequence[Pose2] | ArrayLike, directions: int | Sequence[int] | NDArray[np.integer]
     ) -> ReferencePath:
@@ -115,7 +115,7 @@ class ReferencePath(Admitted, error=PathError):
         return cls._from_pieces(Pose2(*rows[0]), *interpolation.biarcs(rows, intervals))
 
     @classmethod
-    @door(PathError)
+    @validated(PathError)
     def from_waypoints(
         cls, points: ArrayLike, direction: int | Sequence[int] | NDArray[np.integer] = 1
     ) -> ReferencePath:
@@ -137,7 +137,7 @@ class ReferencePath(Admitted, error=PathError):
         return cls.from_poses(poses, intervals)
 
     @classmethod
-    @door(PathError)
+    @validated(PathError)
     def from_csv(cls, file: str | PathLike[str]) -> ReferencePath:
         """Read a route from a CSV file with the columns x, y [m], heading [rad], direction (1 or -1).
 
@@ -153,7 +153,7 @@ class ReferencePath(Admitted, error=PathError):
         except PathError as error:
             raise PathError(f"{file}: {error}") from error
 
-    @door(PathError)
+    @validated(PathError)
     def sample(self, spacing: float) -> tuple[PathReference, ...]:
         """Return the poses of each part, evenly spaced and at most `spacing` [m] apart, for drawing.
 

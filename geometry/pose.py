@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from math import cos, isfinite, sin
 
 from geometry.angles import wrap
-from geometry.doors import Admitted, admit, door
 from geometry.errors import InputError
+from geometry.validation import Validated, validate, validated
 
 
 @dataclass(frozen=True, slots=True)
-class Pose2(Admitted):
+class Pose2(Validated):
     """Position and heading in the world frame (or in the frame of another pose).
 
     Attributes:
@@ -31,12 +31,12 @@ class Pose2(Admitted):
         # As nearly all are: they need no second look.
         if type(self.x) is type(self.y) is type(self.phi) is float and isfinite(self.x + self.y + self.phi):
             return
-        admit(self)
+        validate(self)
         for name in ("x", "y", "phi"):
             if not isfinite(value := getattr(self, name)):
                 raise InputError(f"Pose2: {name} = {value} must be finite.")
 
-    @door(late=True)
+    @validated(late=True)
     def compose(self, offset: Pose2) -> Pose2:
         """Return the world pose of `offset`, which is given in the frame of this pose.
 
@@ -48,14 +48,14 @@ class Pose2(Admitted):
             self.x + c * offset.x - s * offset.y, self.y + s * offset.x + c * offset.y, self.phi + offset.phi
         )
 
-    @door(late=True)
+    @validated(late=True)
     def relative_to(self, frame: Pose2) -> Pose2:
         """Return this pose in the frame of another: inverse of `compose`, heading in (-pi, pi]."""
         c, s = cos(frame.phi), sin(frame.phi)
         dx, dy = self.x - frame.x, self.y - frame.y
         return Pose2(c * dx + s * dy, -s * dx + c * dy, wrap(self.phi - frame.phi))
 
-    @door(late=True)
+    @validated(late=True)
     def within(self, tolerance: tuple[float, float, float], share: float = 1.0) -> bool:
         """Whether this pose, an error, is within a share of a tolerance: x, y [m], phi [rad]."""
         x, y, phi = tolerance

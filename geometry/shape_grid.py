@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
-from geometry.doors import to_rows
+from geometry.validation import to_rows
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another

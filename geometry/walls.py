@@ -13,10 +13,10 @@ import numpy as np
 import shapely
 
 from geometry.arrays import Array
-from geometry.doors import Admitted, admit, to_rows
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
 from geometry.shape_grid import ShapeGrid, locked
+from geometry.validation import Validated, to_rows, validate
 
 PIECE = 500  # points that are simplified together
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
@@ -25,7 +25,7 @@ BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but be
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PartLines(Admitted, error=CorridorError):
+class PartLines(Validated, error=CorridorError):
     """The boundaries of one part of a route.
 
     Of their points those that repeat the one before are left out, and of far too many those that a line runs
@@ -47,7 +47,7 @@ class PartLines(Admitted, error=CorridorError):
     smooth: ShapeGrid = field(init=False)
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         for side in ("left", "right"):
             rows = [
                 to_rows(line, 2, f"{side}[{k}]", CorridorError) for k, line in enumerate(getattr(self, side))

@@ -71,7 +71,7 @@ from rti_mpcc.version import __version__
 if TYPE_CHECKING:
     from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
     from rti_mpcc.mission import DockingMission
-    from rti_mpcc.route_planner.path_repair import MendedPath, PathChange, mended_path
+    from rti_mpcc.route_planner.path_repair import PathChange, RepairedPath, repaired_path
     from rti_mpcc.route_planner.planner import plan_manoeuvre
 else:  # imported when they are first used: cameras, missions, and the planner's kernels
     __getattr__, __dir__ = import_later(
@@ -79,7 +79,7 @@ else:  # imported when they are first used: cameras, missions, and the planner's
         {
             "estimation": ("Camera", "CharucoBoard", "CharucoDetection", "CharucoGoalDetector"),
             "rti_mpcc.mission": ("DockingMission",),
-            "rti_mpcc.route_planner.path_repair": ("MendedPath", "PathChange", "mended_path"),
+            "rti_mpcc.route_planner.path_repair": ("RepairedPath", "PathChange", "repaired_path"),
             "rti_mpcc.route_planner.planner": ("plan_manoeuvre",),
         },
     )
@@ -120,7 +120,6 @@ __all__ = [
     "Judgement",
     "Limits",
     "Manoeuvre",
-    "MendedPath",
     "MissingExtraError",
     "MissionReport",
     "MissionResult",
@@ -135,6 +134,7 @@ __all__ = [
     "Reason",
     "RecordingError",
     "ReferencePath",
+    "RepairedPath",
     "RtiMpcc",
     "RtiMpccError",
     "ScenarioError",
@@ -154,8 +154,8 @@ __all__ = [
     "__version__",
     "config_for_docking_time",
     "expected_docking_time",
-    "mended_path",
     "plan_manoeuvre",
     "prepare_process",
+    "repaired_path",
     "segments_of",
 ]

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from geometry import Corridor, InputError, PathPart, Pose2, lift
-from geometry.doors import door
+from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Linearisation, Solution
@@ -28,7 +28,7 @@ from rti_mpcc.ocp.corridor_rows import (
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
-from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
@@ -71,7 +71,7 @@ class RtiMpcc:
         index: of the part in its route, which is how the corridor knows it.
     """
 
-    @door()
+    @validated()
     def __init__(
         self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0
     ) -> None:
@@ -82,7 +82,7 @@ class RtiMpcc:
         self._body = body_of(config.vehicle, PIECES)
         self._trails = self._body.trailing(part.direction)
         self._last: Solution | None = None
-        self.room: Room | None = None
+        self.side_clearance: SideClearance | None = None
         self.target = path_end(part)
         self._allocate()
 
@@ -96,19 +96,19 @@ class RtiMpcc:
         self._linearisation: Linearisation | None = None
         self._guess = (np.zeros_like(self._values.gradient), np.zeros_like(self._values.lower))
 
-    @door()
+    @validated()
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
         self.target = path_end(self.part) if goal is None else goal_on(self.part, goal, self.target)
 
-    @door()
+    @validated()
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
         if corridor.sides > self._pattern.corridor_rows.shape[2]:
             self._allocate()
 
-    @door(late=True)
+    @validated(late=True)
     def prepare(
         self,
         at: float,
@@ -139,7 +139,7 @@ class RtiMpcc:
             before: acceleration that acts until then [m/s²]; None: any.
             first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can.
         """
-        begun = perf_counter()
+        started = perf_counter()
         config, wheelbase = self.config, self.config.vehicle.wheelbase
         objective = config.objective.on_horizon(objective)
         self.target = target = target or self.target
@@ -207,11 +207,11 @@ class RtiMpcc:
             drift=drift,
             bounds=bounds,
             refused=self._solver.update(values, steps),
-            seconds=perf_counter() - begun,
+            seconds=perf_counter() - started,
         )
         return self._linearisation
 
-    @door(late=True)
+    @validated(late=True)
     def feedback(
         self,
         state: Array,
@@ -230,7 +230,7 @@ class RtiMpcc:
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)
-        begun = perf_counter()
+        started = perf_counter()
         linear = self._linearisation
         assert linear is not None
         measured = linear.frame.states_in(state[None])[0]
@@ -247,7 +247,7 @@ class RtiMpcc:
             result = self._solver.nothing(linear.refused)
         else:
             result = self._solver.solve(self._values, *self._guess, ends, patience)
-        solution = self._read(linear, result, begun)
+        solution = self._read(linear, result, started)
         if solution.solved:
             self._last = solution
         return solution
@@ -258,10 +258,10 @@ class RtiMpcc:
 
     def _speeds(self, plan: Trajectory) -> Array | None:
         """Speeds (N,) that the room allows at stages 1..N [m/s]."""
-        if self.room is None:
+        if self.side_clearance is None:
             return None
         elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
-        return self.room.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
+        return self.side_clearance.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
     def _rows(self, plan: Trajectory, local: Array) -> CorridorRows | None:
         """Corridor rows of stages 1..N of a plan, whose states are `local` (N+1, 6) in the QP's frame."""
@@ -327,7 +327,7 @@ class RtiMpcc:
                 dual = self._last.dual * self._values.row_scaling
         return primal, dual
 
-    def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
+    def _read(self, linear: Linearisation, result: QpSolution, started: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
         change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
@@ -349,5 +349,5 @@ class RtiMpcc:
             iterate=(result.primal, result.dual) if result.stopped else None,
             prepare_seconds=linear.seconds,
             solve_seconds=result.seconds,
-            feedback_seconds=perf_counter() - begun,
+            feedback_seconds=perf_counter() - started,
         )

@@ -17,7 +17,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import POSE, THETA, V
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning import schedule, search, ways
+from rti_mpcc.planning import route_start, schedule, search
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import along_course
 from rti_mpcc.planning.schedule import TARGET_MOVED, apart
@@ -26,8 +26,8 @@ from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, PlannedStop, SuspendedSearch
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import contact
-from rti_mpcc.safety.contact import met_by
+from rti_mpcc.safety import collision_check
+from rti_mpcc.safety.collision_check import nearest_object
 from rti_mpcc.types import Array
 
 NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
@@ -76,16 +76,16 @@ def _blocked(
     if not (s.area.replaced or s.area.corridor.obstacles):
         return None
     states, segment = _ahead(s, context.state, target, config), s.task.segment
-    first = contact.first_blocked(s, states, config)
+    first = collision_check.first_blocked(s, states, config)
     if first is None:
         return None
     x, y, phi = states[first, :POSE].tolist()
     begin, there = float(context.state[THETA]), segment.part.project(x, y, heading=phi)
     along, across, heading = STOP_TOLERANCE
     return PlannedStop(
-        at=max(there - contact.stop_clearance(config), begin),
+        at=max(there - collision_check.stop_clearance(config), begin),
         tolerance=(config.size * along, config.size * across, heading),
-        met=str(met_by(states[first, :POSE], s.area, segment.index, config)),
+        obstacle=str(nearest_object(states[first, :POSE], s.area, segment.index, config)),
     )
 
 
@@ -93,14 +93,14 @@ def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerC
     """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
     part, driven = s.task.segment.part, state[None]
     if s.task.drives and s.plans.driven is not None:
-        _, driven = contact.bodies_along(s.plans.driven, config)
+        _, driven = collision_check.bodies_along(s.plans.driven, config)
         state = driven[-1].copy()
         x, y, phi = state[:POSE].tolist()
         state[THETA] = part.project(x, y, heading=phi)
     left = target.theta - float(state[THETA])
-    if left <= ways.CHECK_SPACING:
+    if left <= route_start.CHECK_SPACING:
         return driven
-    bodies = min(ceil(left / ways.CHECK_SPACING) + 1, contact.MOST_BODIES)
+    bodies = min(ceil(left / route_start.CHECK_SPACING) + 1, collision_check.MOST_BODIES)
     ahead = along_course(part, target, state, np.linspace(0.0, left, bodies), config)
     return np.concatenate((driven, ahead))
 
@@ -115,8 +115,8 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
     """
     if s.task.stop is not None and s.is_stationary and _may_ask(s, w):
-        return _asking(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
-    begun = s.plans.suspended
+        return _requested(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
+    started = s.plans.suspended
     s = schedule.scheduled(s, context, w.config)
     after, attempt = _from_guess(s, context, w)
     attempt = _unless_into_a_wall(after, attempt, w)
@@ -125,27 +125,27 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
         return found
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
-        found = _reaching(found, context, begun, w)
+        found = _reaching(found, context, started, w)
         if found.attempt.out_of_time:
             return found._replace(s=s.suspending(found.s.plans.suspended))
     why = found.attempt.problem
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
-    return _asking(s, found, why) if why and _may_ask(s, w) else found
+    return _requested(s, found, why) if why and _may_ask(s, w) else found
 
 
 def _may_ask(s: ControllerState, w: Workspace) -> bool:
     """Whether another route from here may be asked for: none was a moment ago."""
     if s.route is None or s.route.fixed:
         return False
-    return not ways.was_asked(s, w.config) if s.is_stationary else ways.on_the_move(s)
+    return not route_start.was_searched(s, w.config) if s.is_stationary else route_start.on_the_move(s)
 
 
-def _asking(s: ControllerState, found: Found, why: str) -> Found:
+def _requested(s: ControllerState, found: Found, why: str) -> Found:
     """Ask for another route from here: at rest it is waited for, else what was found is driven meanwhile."""
     s = s.suspending(None) if s.is_stationary else found.s
     assert s.route is not None
-    return found._replace(s=replace(s, route=replace(s.route, wanted=why)))
+    return found._replace(s=replace(s, route=replace(s.route, request=why)))
 
 
 def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
@@ -159,22 +159,22 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     return search.reaches(found.attempt, context, ACCEPTED_MISS)
 
 
-def _reaching(found: Found, context: PlanningContext, begun: SuspendedSearch | None, w: Workspace) -> Found:
+def _reaching(found: Found, context: PlanningContext, started: SuspendedSearch | None, w: Workspace) -> Found:
     """A first plan that misses the goal is iterated further, one of a brisk ride with more time then."""
-    found = _iterated_on(found, context, begun, w)
+    found = _iterated_on(found, context, started, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, context, w.config)
     near = search.reaches(attempt, context, ACCEPTED_MISS)
     if calm is found.s or near or not attempt.fits or attempt.out_of_time:
         return found
-    return _iterated_on(found._replace(s=calm), context, begun, w)
+    return _iterated_on(found._replace(s=calm), context, started, w)
 
 
 def _iterated_on(
-    found: Found, context: PlanningContext, begun: SuspendedSearch | None, w: Workspace
+    found: Found, context: PlanningContext, started: SuspendedSearch | None, w: Workspace
 ) -> Found:
     """A first plan that misses the goal is iterated further, up to a number of rounds."""
     s, attempt = found
-    before = 0 if begun is None else begun.iterations
+    before = 0 if started is None else started.iterations
     done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
@@ -188,8 +188,8 @@ def _iterated_on(
 
 def _from_guess(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
     """Iterate from a first guess, or resume the suspended search."""
-    guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
-    start = search.from_guess(guess) if begun is None else search.resumed(begun, guess)
+    guess, started = search.first_guess(w.mpcc, s, context), s.plans.suspended
+    start = search.from_guess(guess) if started is None else search.resumed(started, guess)
     attempt = search.converge(w.mpcc, s, context, start, w.clock)
     return Found(search.suspended(s.iterated(attempt.solved), context, attempt), attempt)
 
@@ -198,11 +198,13 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
-    distance = contact.distance_to_contact(s, attempt.plan, w.config)
+    distance = collision_check.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
-    met = contact.met_on(s, attempt.plan, distance, w.config)
-    return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {met}")
+    obstacle = collision_check.object_ahead(s, attempt.plan, distance, w.config)
+    return replace(
+        attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {obstacle}"
+    )
 
 
 def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
@@ -211,19 +213,19 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
     route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
     if route is None or goal is None or measured is None:
         return False
-    if s.on_planned_way or route.why or s.goal.rejected:
+    if s.on_planned_route or route.replan_reason or s.goal.rejected:
         return False
     stands = abs(float(measured[V])) <= rest_speed(config)
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
     if not (stands and begins and config.objective.arrives_at_goal):
         return False
-    before = route.rehearsed
-    return before is None or apart(goal, before) > config.size * ways.GOAL_MOVED[0]
+    before = route.goal_checked
+    return before is None or apart(goal, before) > config.size * route_start.GOAL_MOVED[0]
 
 
 def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
     """Whether a route for a goal out of reach takes too long to replace the path."""
-    if s.route is None or s.route.why != OUT_OF_REACH:
+    if s.route is None or s.route.replan_reason != OUT_OF_REACH:
         return False
     given = expected_docking_time(s.path, config, s.goal_pose)
     return expected_docking_time(found.path, config, found.goal) > _INSTEAD * given

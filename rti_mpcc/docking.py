@@ -20,17 +20,17 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.goal_filter import CLOCK_SKEW
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from geometry.doors import door
+from geometry.validation import validated
 from rti_mpcc import course
 from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.behaviour.transitions import (
     Event,
-    begun_again,
     next_segment,
+    restarted,
     transition_on,
     with_goal,
     with_goal_corrected,
-    without_way,
+    without_route,
 )
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
@@ -39,7 +39,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import actuation, aim, goals, sensing, validation
+from rti_mpcc.planning import actuation, goal_setpoint, goals, sensing, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -55,7 +55,7 @@ from rti_mpcc.safety.limiter import sent
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 
 if TYPE_CHECKING:  # a controller that plans no route does without
-    from rti_mpcc.rerouting import Rerouter
+    from rti_mpcc.replanning import Replanner
     from rti_mpcc.route_planner.path_repair import PathChange
 
 _log = logging.getLogger(__name__)
@@ -72,7 +72,7 @@ class DockingController:
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
         segments: of the manoeuvre along it; None: `segments_of` the path, which is repaired first where it
-            bends too sharply or leads the body into something (`mended_path`), if `config` has a recovery.
+            bends too sharply or leads the body into something (`repaired_path`), if `config` has a recovery.
 
     Attributes:
         config, segments: as given.
@@ -85,7 +85,7 @@ class DockingController:
 
     path_changes: tuple[PathChange, ...] = ()
 
-    @door()
+    @validated()
     def __init__(
         self,
         path: ReferencePath,
@@ -99,22 +99,22 @@ class DockingController:
         area = _area_along(path, corridor, config) if config.recovers else None
         if segments is None and area is not None:
             given = path
-            path, self.path_changes = _mended(path, corridor, area, config)
+            path, self.path_changes = _repaired(path, corridor, area, config)
             area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        rerouter = None
+        replanner = None
         if area is not None:
-            from rti_mpcc.rerouting import Rerouter
+            from rti_mpcc.replanning import Replanner
 
-            rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
+            replanner = Replanner(area, config.changed(route=config.route.along_path()))
         task = Task(segments=self.segments or segments_of(path, config))
-        begun = ControllerState(area=around, path=path, task=task)
-        if rerouter is not None:
-            begun = replace(begun, route=RouteState(end=path.end, ways=1))
-        self._begin(config, begun, rerouter)
+        started = ControllerState(area=around, path=path, task=task)
+        if replanner is not None:
+            started = replace(started, route=RouteState(end=path.end, routes=1))
+        self._begin(config, started, replanner)
 
     @classmethod
-    @door()
+    @validated()
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
         """A controller that plans its route from where the vehicle is to the goal that `step` is given.
 
@@ -125,26 +125,26 @@ class DockingController:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
             config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
-        from rti_mpcc.rerouting import Rerouter, standing_route
+        from rti_mpcc.replanning import Replanner, standing_route
 
         self = cls.__new__(cls)
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
-        begun = ControllerState(
+        started = ControllerState(
             area=Surroundings.in_area(area), path=path, task=Task(segments=segments), route=RouteState()
         )
         self.segments = None
         self._begin(
             config,
-            without_way(begun, path, segments, "there is none yet"),
-            Rerouter(area, config),
+            without_route(started, path, segments, "there is none yet"),
+            Replanner(area, config),
         )
         return self
 
-    def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
+    def _begin(self, config: ControllerConfig, state: ControllerState, replanner: Replanner | None) -> None:
         make_ready()
         given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
-        self.config, self.state, self._rerouter = config, replace(state, vehicle=given), rerouter
+        self.config, self.state, self._replanner = config, replace(state, vehicle=given), replanner
         self._workspaces = Workspaces(state, config)
         # Made in any case: a first detection while driving must not wait for what the filter loads.
         self._filter = GoalPoseFilter(config.goal_tracking.filter)
@@ -155,7 +155,7 @@ class DockingController:
     def path(self) -> ReferencePath | None:
         """The route that is driven, given or planned; None while there is none."""
         s = self.state
-        on_none = s.task.phase is Phase.PLANNING or (s.task.phase is Phase.WAITING and not s.on_a_way)
+        on_none = s.task.phase is Phase.PLANNING or (s.task.phase is Phase.WAITING and not s.has_route)
         return None if on_none else s.path
 
     @property
@@ -166,7 +166,7 @@ class DockingController:
     @property
     def replans(self) -> int:
         """Number of routes started after the first one."""
-        return 0 if self.state.route is None else max(self.state.route.ways - 1, 0)
+        return 0 if self.state.route is None else max(self.state.route.routes - 1, 0)
 
     @property
     def planning_seconds(self) -> float:
@@ -181,7 +181,7 @@ class DockingController:
     @property
     def area(self) -> Area | None:
         """In which it plans routes, with all known static obstacles; None where it plans none."""
-        return None if self._rerouter is None else self._rerouter.area_known(self.state)
+        return None if self._replanner is None else self._replanner.area_known(self.state)
 
     @property
     def has_stepped(self) -> bool:
@@ -191,11 +191,11 @@ class DockingController:
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
-        end = self.state.route.end if self.state.on_planned_way and self.state.route else None
-        s = self._made_for(replace(self.state, goal=known), end)
+        end = self.state.route.end if self.state.on_planned_route and self.state.route else None
+        s = self._with_goal(replace(self.state, goal=known), end)
         self.state = replace(s, goal=replace(s.goal, origin=GoalOrigin.PATH_END))
 
-    @door()
+    @validated()
     def set_area(self, area: Area) -> None:
         """Replace the area, as a map that is updated; it counts from the next step on.
 
@@ -209,23 +209,23 @@ class DockingController:
             InputError: the controller drives a path in a corridor, or `area` is no Area.
         """
         self.check_area(area)
-        assert self._rerouter is not None
-        self.state = self._rerouter.in_another(self.state, area)
+        assert self._replanner is not None
+        self.state = self._replanner.in_another(self.state, area)
 
-    @door()
+    @validated()
     def check_area(self, area: Area) -> None:
         """Raise the InputError of `set_area`, if there is a reason to."""
         route = self.state.route
-        if self._rerouter is None or route is None or route.end is not None:
+        if self._replanner is None or route is None or route.end is not None:
             raise InputError(
                 "set_area: this controller drives a path in a corridor. Give what has changed to step as "
                 "obstacles, or make the controller by DockingController.in_area(area)."
             )
 
-    @door()
+    @validated()
     def assign(self, order: Order) -> None:
         """Give an order, for the next step on. Raises InputError for a goal or manoeuvre without recovery."""
-        self.state = carried_out(self.state, order, self._rerouter)
+        self.state = carried_out(self.state, order, self._replanner)
         if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
             self._filter.reset()
 
@@ -297,7 +297,7 @@ class DockingController:
         obstacles: Sequence[ArrayLike] | None,
     ) -> tuple[ControllerState, tuple[str, ...]]:
         """With the usable inputs, and remarks on the others."""
-        config, s = self.config, holding.not_reckoned(s)
+        config, s = self.config, holding.not_dead_reckoned(s)
         clock, clock_remark = validation.timed(s.clock, now, config)
         area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
@@ -314,7 +314,7 @@ class DockingController:
             monitor=monitor,
             offsets=known,
             disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
-            poses=aim.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
             heading_hint=hint,
             records=records,
             motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
@@ -322,7 +322,7 @@ class DockingController:
         known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
-            s = self._made_for(s, another)
+            s = self._with_goal(s, another)
         return s, (clock_remark, hint, corrected, *sensing.sensor_remarks(monitor, known))
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
@@ -339,7 +339,7 @@ class DockingController:
         part = s.path.parts[s.task.segment.index]
         return goals.degrees_beside("heading", here, part)
 
-    def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
+    def _with_goal(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """With another planned goal; the detections of another dock start anew."""
         dock = s.goal.dock
         if goal and dock and goal.relative_to(dock).within(self.config.goal_tolerance):
@@ -354,12 +354,12 @@ class DockingController:
         measurements, unfit = validation.measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
-            refused = aim.undetected(s.goal, (), unfit)
+            refused = goal_setpoint.undetected(s.goal, (), unfit)
             if refused != s.goal.undetected:
                 s = replace(s, goal=replace(s.goal, undetected=refused))
             return s, (), unfit
-        end = None if s.on_planned_way else s.path.end
-        self._filter.expect(aim.prior(s.goal, end))
+        end = None if s.on_planned_route else s.path.end
+        self._filter.expect(goal_setpoint.prior(s.goal, end))
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
@@ -372,26 +372,26 @@ class DockingController:
         fit = None
         if estimate.pose is not None:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
-        goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
-        goal = replace(goal, undetected=aim.undetected(goal, judgements, unfit))
+        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
+        goal = replace(goal, undetected=goal_setpoint.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 
     # -- the route and its segment ------------------------------------------------------------------
 
     def _on_route(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """On another route if one is needed and planned; a given path is checked before it is started."""
-        if self._rerouter is None:
+        if self._replanner is None:
             return s
-        return self._rehearsed(self._rerouter.routed(s), clock)
+        return self._reachability_checked(self._replanner.routed(s), clock)
 
     def _on_segment(
         self, s: ControllerState, clock: CycleClock
     ) -> tuple[ControllerState, PlanningContext, Workspace]:
         """Where the command will start to act, on the segment of that time."""
         s = self._targeted(s)
-        if s.vehicle.monitor.found:
+        if s.vehicle.monitor.relocalised:
             # A vehicle that holds inside the tolerance stays there.
-            s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
+            s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
         w = self._workspaces.of(s, clock)
         context = w.context(s)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
@@ -401,7 +401,7 @@ class DockingController:
         after = course.on_course(s, context, w.config)
         return after, context if after.task.stop is s.task.stop else w.context(after), w
 
-    def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
+    def _reachability_checked(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Before a given path is started, check that the goal is reached from its last change of direction.
 
         If a first plan from there misses it, the vehicle replans.
@@ -409,15 +409,15 @@ class DockingController:
         if not course.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
-        trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
+        trial = self._targeted(replace(s, task=last, plans=Plans(), start_state=None))
         segment = trial.task.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
         w = replace(self._workspaces.of(trial, clock), start=start)
         reaches = course.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
-        wanted = course.OUT_OF_REACH if reaches is False else s.route.wanted
-        return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
+        wanted = course.OUT_OF_REACH if reaches is False else s.route.request
+        return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
 
     def _targeted(self, s: ControllerState) -> ControllerState:
         """With the present target of the segment."""
@@ -442,16 +442,16 @@ class DockingController:
         """
         control = self._saturated(decision.control, context.state, s)
         decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
-        after = sent(after, control, context.begin, context.state, self.config)
-        after = _looking_again(replace(after, begin=context.state), status, decision.verdict.reason)
-        remarks = (*remarks, *aim.goal_remarks(s.goal), holding.undocked(s, after, context))
-        if self._rerouter is not None:
-            after = self._rerouter.planned_on(after, clock)
+        after = sent(after, control, context.start_time, context.state, self.config)
+        after = _retried(replace(after, start_state=context.state), status, decision.verdict.reason)
+        remarks = (*remarks, *goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
+        if self._replanner is not None:
+            after = self._replanner.planned_on(after, clock)
         aimed, at = context.target.pose, context.state
         return after, command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
-        measured = s.vehicle.monitor.heeded(self.config)
+        measured = s.vehicle.monitor.usable_measurement(self.config)
         return limiter.saturate(control, start, measured, self.config, s.vehicle.disturbance)
 
     def _rescued(
@@ -459,19 +459,19 @@ class DockingController:
     ) -> tuple[ControllerState, Command]:
         """Brake after an internal error, and plan anew in the next cycle with what was known before it."""
         config, what = self.config, f"{type(error).__name__}: {' '.join(str(error).split())}"
-        verdict = Verdict(Reason.MISTAKE, what)
-        if self._rerouter is not None:
-            self._rerouter.forget()
+        verdict = Verdict(Reason.INTERNAL_ERROR, what)
+        if self._replanner is not None:
+            self._replanner.forget()
         at, start = s.now + s.vehicle.dead_time, s.vehicle.monitor.state
         if start is not None:
             with suppress(Exception):  # the error may be in this: then the present estimate is used
                 start = sensing.predicted(s, at, config)
-        elif s.begin is not None:
-            start = s.begin
+        elif s.start_state is not None:
+            start = s.start_state
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = sent(begun_again(s, str(verdict)), control, at, start, config)
+        s = sent(restarted(s, str(verdict)), control, at, start, config)
         return s, emergency(control, start, s, verdict, config, clock)
 
 
@@ -495,13 +495,13 @@ def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfi
         return None
 
 
-def _mended(
+def _repaired(
     path: ReferencePath, corridor: Corridor, area: Area, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
     """The path repaired inside its corridor and past its obstacles, with log messages."""
-    from rti_mpcc.route_planner.path_repair import mended_path
+    from rti_mpcc.route_planner.path_repair import repaired_path
 
-    made = mended_path(path, area.with_obstacles(corridor.obstacles), config)
+    made = repaired_path(path, area.with_obstacles(corridor.obstacles), config)
     for change in made.changes:
         # A path that only lacks clearance is no reason to warn: the goal may be elsewhere.
         told = change.aside is not None or change.curvature > change.possible
@@ -509,13 +509,13 @@ def _mended(
     return made.path, made.changes
 
 
-def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
+def _retried(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
     """Whether the next cycle waits for the goal, or a vehicle blocked at rest searches again."""
-    waiting, halt = status is Status.GOAL_LOST, s.task.halt
+    waiting, yielding = status is Status.GOAL_LOST, s.task.yielding
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None
-    waits = halt is not None and halt.clear_since is not None
+    waits = yielding is not None and yielding.clear_since is not None
     tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

@@ -16,15 +16,15 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.objectives import GOAL_CLIP
-from rti_mpcc.planning import aim, schedule, search
+from rti_mpcc.planning import goal_setpoint, schedule, search
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState, Halt, Phase
+from rti_mpcc.planning.state import ControllerState, Phase, Yielding
 from rti_mpcc.planning.surroundings import CLEAR_TIME, GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import contact, escape, fallback, holding, limiter
-from rti_mpcc.safety.contact import CLEAR_DISTANCE, Overlap
-from rti_mpcc.safety.decision import ControlDecision, meeting, what_blocks, why_halted, why_stalled
+from rti_mpcc.safety import collision_check, escape, fallback, holding, limiter
+from rti_mpcc.safety.collision_check import CLEAR_DISTANCE, Overlap
+from rti_mpcc.safety.decision import ControlDecision, meeting, what_blocks, why_stalled, why_yielding
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 
 PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
@@ -44,7 +44,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     after, decision = _decided(s, context, w)
     if w.clock.late() and decision.control.source is Source.SOLUTION:
         late = Reason.LATE.message
-        last = _go_on(after, s, context, w, late, decision.attempt, whole=False)
+        last = _continue_plan(after, s, context, w, late, decision.attempt, whole=False)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
     return Driven(after, decision)
 
@@ -54,7 +54,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     since = standing_since(s, context, w.config)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
-    overlap = contact.overlap_now(s, context, w.config)
+    overlap = collision_check.overlap_now(s, context, w.config)
     if overlap is not None:
         return _in_contact(s, context, w, overlap)
     if context.doubt:
@@ -64,12 +64,12 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
         return _give_up(s, context, w, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
         s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
-        rejected = Verdict(Reason.GOAL_REJECTED, aim.none_accepted(s))
+        rejected = Verdict(Reason.GOAL_REJECTED, goal_setpoint.none_accepted(s))
         return _stop(s, context, w, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
-    waiting = "" if stays else aim.must_wait(s, context, w.config)
+    waiting = "" if stays else goal_setpoint.must_wait(s, context, w.config)
     if waiting and s.is_stationary:
         return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context, w)
@@ -80,29 +80,29 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Search a first plan."""
-    stands, latched = s.is_stationary, s.task.latched
+    stands, stop_reason = s.is_stationary, s.task.stop_reason
     if stands and not replan_due(s, context):
-        return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
+        return _stop(s, context, w, Verdict(Reason.RETRIES_SOON, stop_reason))
     turning = _turning_wheels(s, context, w)
     if turning is not None:
         return turning
-    if stands and s.route is not None and s.route.wanted:
-        return _wait_for_way(s, context, w)
+    if stands and s.route is not None and s.route.request:
+        return _wait_for_route(s, context, w)
     s, attempt = first_plan(s, context, w)
-    if stands and s.route is not None and s.route.wanted:
-        return _wait_for_way(s, context, w)
+    if stands and s.route is not None and s.route.request:
+        return _wait_for_route(s, context, w)
     if not attempt.problem:
         return _accept(s, context, w, attempt, s.plans.solution)
-    if not stands and (attempt.out_of_time or not latched):
-        last = _go_on(s, s, context, w, attempt.problem, attempt, whole=False)
+    if not stands and (attempt.out_of_time or not stop_reason):
+        last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=False)
         if last is not None:
             return last
     task = s.task
-    if not latched and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
-        latched = attempt.problem
-        task = replace(task, latched=latched)
-    if latched and stands:
-        task = replace(task, looked_at=s.now)
+    if not stop_reason and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
+        stop_reason = attempt.problem
+        task = replace(task, stop_reason=stop_reason)
+    if stop_reason and stands:
+        task = replace(task, last_attempt=s.now)
     verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
     firm = w.config.firm_deceleration
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
@@ -121,7 +121,7 @@ def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) 
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Continue with the plan, unless another one is needed and found."""
-    if _wants_another_plan(s, context, w):
+    if _needs_another_plan(s, context, w):
         s, decision = _change_over(s, context, w)
         if decision is not None:
             return Driven(s, decision)
@@ -139,7 +139,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
     if not conditions.passes_target(s, context, w.config):
-        why = why_stalled(s, context, w.config, w.mpcc.room)
+        why = why_stalled(s, context, w.config, w.mpcc.side_clearance)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = GOAL_REACH + context.along
@@ -148,21 +148,21 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 
 
-def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _wait_for_route(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stand, or brake to a standstill, while a route is planned, or if there is none."""
     route = s.route
     assert route is not None
-    why, last = route.wanted or route.why, route.manoeuvre
+    why, last = route.request or route.replan_reason, route.manoeuvre
     if s.goal_pose is None:
-        return _stop(s, context, w, Verdict(Reason.PLANS_WAY, "there is no goal yet"))
+        return _stop(s, context, w, Verdict(Reason.PLANS_ROUTE, "there is no goal yet"))
     none = last is not None and not last.found and why == last.reason
-    return _stop(s, context, w, Verdict(Reason.NO_WAY if none else Reason.PLANS_WAY, why))
+    return _stop(s, context, w, Verdict(Reason.NO_ROUTE if none else Reason.PLANS_ROUTE, why))
 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
     wanted = w.config.limits.acceleration if s.task.at_once else w.config.comfort_acceleration
-    return _stop(s, context, w, Verdict(Reason.TOLD_TO_STAND), wanted, along=s.plans.driven)
+    return _stop(s, context, w, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -189,12 +189,12 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) ->
 def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     """Whether the goal that the vehicle stands at is the given one, and was detected."""
     goal = s.goal
-    if aim.never_seen(goal, w.config):
+    if goal_setpoint.never_seen(goal, w.config):
         return Verdict(Reason.NOT_DETECTED)
     here = context.target.pose.compose(context.standing_error)
-    if aim.stands_elsewhere(goal, here, w.config):
-        return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
-    moved = aim.dock_has_moved(goal, w.config)
+    if goal_setpoint.is_elsewhere(goal, here, w.config):
+        return Verdict(Reason.GOAL_REJECTED, goal_setpoint.NOT_THE_ONE)
+    moved = goal_setpoint.dock_has_moved(goal, w.config)
     if moved:
         return Verdict(Reason.GOAL_UNCERTAIN, moved)
     return Verdict(Reason.DOCKED)
@@ -202,7 +202,7 @@ def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verd
 
 _STANDS_AT = {
     SegmentEnd.GOAL: Reason.DOCKED,
-    SegmentEnd.STOP: Reason.STANDS_BEFORE_SOMETHING,
+    SegmentEnd.STOP: Reason.STANDS_BEFORE_OBSTACLE,
     SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
 }
 
@@ -214,7 +214,7 @@ _BY_PHASE = {
     Phase.SETTLING: _settle,
     Phase.HOLDING: _hold,
     Phase.STALLED: _stay,
-    Phase.PLANNING: _wait_for_way,
+    Phase.PLANNING: _wait_for_route,
     Phase.WAITING: _wait,
 }
 
@@ -237,7 +237,7 @@ def _change_over(
     else:
         in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context, w.config)
     if in_vain:
-        return replace(s, route=found.route, task=replace(s.task, looked_at=s.now)), None
+        return replace(s, route=found.route, task=replace(s.task, last_attempt=s.now)), None
     if not attempt.problem:
         return _accept(found, context, w, attempt, found.plans.solution)
     after = s.suspending(found.plans.suspended)
@@ -250,7 +250,7 @@ def _change_over(
 def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.going_on(s.plans.solution)
+    start = search.from_last(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid)
     attempt = search.converge(w.mpcc, s, context, start, w.clock)
@@ -260,15 +260,15 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     if not attempt.problem:
         return _accept(s, context, w, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
-    last = _go_on(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
+    last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+def _needs_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
     """Whether the arrival should start, or the driven plan misses the target. An old plan is iterated first,
     unless the vehicle halts."""
     plan, accepted = s.plans.driven, s.plans.accepted_at
-    searching = s.plans.suspended is not None and s.task.halt is None
+    searching = s.plans.suspended is not None and s.task.yielding is None
     if searching and accepted is not None and s.now - accepted > PLAN_AGE:
         return False
     elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
@@ -302,7 +302,7 @@ def _accept(
     return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
 
 
-def _go_on(
+def _continue_plan(
     s: ControllerState,
     before: ControllerState,
     context: PlanningContext,
@@ -323,8 +323,8 @@ def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     """Continue the last plan for a moment, by the estimate; then brake."""
     monitor = s.vehicle.monitor
     short = context.now - monitor.since <= w.config.plausibility.blind
-    if s.task.drives and not s.task.latched and short and not monitor.steering_fault:
-        last = _go_on(s, s, context, w, context.doubt)
+    if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
+        last = _continue_plan(s, s, context, w, context.doubt)
         if last is not None:
             doubted = Verdict(Reason.STATE_DOUBTED, str(last.decision.verdict))
             return Driven(last.s, replace(last.decision, verdict=doubted))
@@ -337,7 +337,7 @@ def _give_up(
     """Brake to a standstill, and plan anew."""
     firm = w.config.firm_deceleration
     after = transition_on(s, Event.PLAN_LOST)
-    after = s if after is s else replace(after, task=replace(after.task, latched=problem))
+    after = s if after is s else replace(after, task=replace(after.task, stop_reason=problem))
     return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
 
 
@@ -357,19 +357,19 @@ def _follow_plan(
     `problem`: why the plan is not of this cycle.
     """
     config = w.config
-    need = inf if whole else contact.stopping_distance(float(context.state[V]), config)
-    later = 0.0 if s.task.halt is None else CLEAR_TIME
-    distance = contact.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
+    need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
+    later = 0.0 if s.task.yielding is None else CLEAR_TIME
+    distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:
         slowing = fallback.slowing(context, plan, config)
-        distance = min(distance, contact.distance_to_moving(s, slowing, config, later=later))
-    s = _halting(s, distance, need if distance < inf else 0.0)
-    if s.task.halt is not None:
+        distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
+    s = _yielding(s, distance, need if distance < inf else 0.0)
+    if s.task.yielding is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
             s = meeting(s, plan, distance, late, w.config)
-        return _stop(s, context, w, why_halted(s, distance), attempt=attempt, along=s.plans.driven)
-    waiting = aim.must_wait(s, context, config)
+        return _stop(s, context, w, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
+    waiting = goal_setpoint.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
@@ -378,7 +378,7 @@ def _follow_plan(
 
 
 def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
-    unseen = aim.remark(s.goal)
+    unseen = goal_setpoint.remark(s.goal)
     if s.task.stop is not None:
         return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context, w.config))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
@@ -390,10 +390,12 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
     """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
     s = transition_on(s, Event.OVERLAP)
-    s = replace(s, task=replace(s.task, halt=Halt()))
+    s = replace(s, task=replace(s.task, yielding=Yielding()))
     motion = None
     if s.task.phase is not Phase.WAITING:
-        motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
+        motion = escape.escape_motion(
+            context.state, context.start_time, s.area, s.task.segment.index, w.config
+        )
     if motion is not None:
         verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
         return Driven(s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion))
@@ -410,33 +412,33 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
     slowing = fallback.slowing(context, plan, w.config)
-    distance = contact.distance_to_moving(s, slowing, w.config)
+    distance = collision_check.distance_to_moving(s, slowing, w.config)
     if changed:
         # A static obstacle behind the plan's end is no reason to stop.
         end = fallback.distance_to_end(plan, context.state)
         least = w.config.clearance.least
-        distance = min(distance, contact.distance_to_contact(s, slowing, w.config, end, least))
+        distance = min(distance, collision_check.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
-    return meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
+    return meeting(_yielding(s, distance, inf), slowing, distance, "", w.config)
 
 
-def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
+def _yielding(s: ControllerState, distance: float, need: float) -> ControllerState:
     """With a halt for a contact after `distance` [m] (inf: none): from when a stop needs `need` [m] so much,
     until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
-    halt = s.task.halt
-    if distance <= need + (0.0 if halt is None else CLEAR_DISTANCE):
-        halt = Halt()
-    elif halt is None:
+    yielding = s.task.yielding
+    if distance <= need + (0.0 if yielding is None else CLEAR_DISTANCE):
+        yielding = Yielding()
+    elif yielding is None:
         return s
-    elif halt.clear_since is None:
-        halt = replace(halt, clear_since=s.now)
-    elif s.now - halt.clear_since < CLEAR_TIME:
+    elif yielding.clear_since is None:
+        yielding = replace(yielding, clear_since=s.now)
+    elif s.now - yielding.clear_since < CLEAR_TIME:
         return s
     else:
-        halt = None
-    since = s.now if halt is None else s.task.driving_since
-    return replace(s, task=replace(s.task, halt=halt, driving_since=since))
+        yielding = None
+    since = s.now if yielding is None else s.task.driving_since
+    return replace(s, task=replace(s.task, yielding=yielding, driving_since=since))
 
 
 def _stop(

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 
-from geometry import compiled, doors
+from geometry import compiled, validation
 
 _log = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ def make_ready(*, second_process: bool = False) -> int:
     A warning, and a bar on a terminal, announce the compilation; after it the log says where the kernels are
     kept, or why they are not. Loading takes a fraction of a second, a second call nothing.
     """
-    doors.prepare()
+    validation.prepare()
     missing = compiled.load()
     if not missing:
         return 0

@@ -12,8 +12,8 @@ from itertools import groupby, pairwise
 from math import inf, nan, radians
 
 from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
-from geometry.doors import Admitted, admit, door
 from geometry.settings import replaced
+from geometry.validation import Validated, validate, validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 from rti_mpcc.ocp.targets import Target
@@ -34,7 +34,7 @@ class SegmentEnd(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Segment(Admitted):
+class Segment(Validated):
     """A piece of a manoeuvre in one direction. Equal to itself only: driven twice, it starts twice.
 
     Attributes:
@@ -65,7 +65,7 @@ class Segment(Admitted):
     target: Callable[[PathPart, Pose2 | None], Target] | None = None
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
             if limit is not None and not limit > 0.0:
                 raise InputError(f"{name} = {limit}: a limit of a segment must be > 0, or None")
@@ -83,7 +83,7 @@ class Segment(Admitted):
         """Of its part [m]."""
         return self.part.end - self.part.start
 
-    @door(late=True)
+    @validated(late=True)
     def limited(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with the limits and the margin of this segment, where it has some that are lower."""
         limits, wanted = config.limits, config.clearance.wanted
@@ -109,7 +109,7 @@ class PlanOutcome(Enum):
     START_IN_COLLISION = "the body at the start is too near to something, or in it"
     GOAL_IN_COLLISION = "the body at the goal is too near to something, or in it"
     GOAL_TOO_FAR = "the goal is farther away than routes are planned"
-    NO_WAY = "there is none that this vehicle can drive"
+    NO_ROUTE = "there is none that this vehicle can drive"
     BUDGET_SPENT = "none was found within the budget"
 
 
@@ -166,7 +166,7 @@ def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
 
-@door()
+@validated()
 def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The manoeuvre along a path, to its end or to a goal near it, by the objective of the settings."""
     return config.objective.segments(along(path, config), config)

@@ -14,7 +14,7 @@ from rti_mpcc.planning.state import ControllerState, GoalState
 from rti_mpcc.types import GoalOrigin
 
 if TYPE_CHECKING:
-    from rti_mpcc.rerouting import Rerouter
+    from rti_mpcc.replanning import Replanner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +25,7 @@ class Stand:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoOn:
+class Resume:
     """Resume the segment on which the vehicle was stopped."""
 
 
@@ -45,21 +45,21 @@ class Follow:
     terms: GoalTerms = NO_TERMS
 
 
-Order = Stand | GoOn | GoTo | Follow
+Order = Stand | Resume | GoTo | Follow
 
 
-def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
+def carried_out(s: ControllerState, order: Order, replanner: Replanner | None) -> ControllerState:
     """The state after an order. Raises InputError for a goal or a manoeuvre without recovery."""
     if isinstance(order, Stand):
-        s = transition_on(s, Event.TOLD_TO_STAND)
+        s = transition_on(s, Event.COMMANDED_TO_STAND)
         return replace(s, task=replace(s.task, at_once=order.at_once))
-    if isinstance(order, GoOn):
-        return transition_on(s, Event.TOLD_TO_GO_ON if s.on_a_way else Event.WAY_LOST)
-    if rerouter is None:
+    if isinstance(order, Resume):
+        return transition_on(s, Event.COMMANDED_TO_RESUME if s.has_route else Event.ROUTE_LOST)
+    if replanner is None:
         raise InputError("this controller drives its path only: its settings have no recovery")
     if isinstance(order, GoTo):
-        return rerouter.leaving(_with_goal(s, order.goal, order.terms), "another goal")
-    return rerouter.following(_with_goal(s, order.manoeuvre.goal, order.terms), order.manoeuvre)
+        return replanner.leaving(_with_goal(s, order.goal, order.terms), "another goal")
+    return replanner.following(_with_goal(s, order.manoeuvre.goal, order.terms), order.manoeuvre)
 
 
 def _with_goal(s: ControllerState, goal: Pose2, terms: GoalTerms) -> ControllerState:

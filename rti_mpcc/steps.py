@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
 from geometry import InputError, Pose2
-from geometry.doors import Admitted, admit, door
 from geometry.outline import checked_polygon, outline_at
+from geometry.validation import Validated, validate, validated
 from rti_mpcc.types import Array
 
 Then = Literal["stop", "continue", "home"]
@@ -50,7 +50,7 @@ Rule = tuple[str, bool, str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step(Admitted):
+class Step(Validated):
     """Fields of all steps. A value out of its range is refused with an `InputError`.
 
     Attributes:
@@ -71,7 +71,7 @@ class Step(Admitted):
     then: Then = "stop"
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         times = [(name, getattr(self, name) > 0.0, "must be > 0") for name in ("timeout", "patience")]
         counts = [
             (name, (getattr(self, name) or 0) >= 0, "must be a whole number >= 0")
@@ -89,7 +89,7 @@ COMMON = tuple(each.name for each in fields(Step))
 
 
 @dataclass(frozen=True, slots=True)
-class Approach(Admitted):
+class Approach(Validated):
     """The straight last piece of the route into a dock.
 
     Attributes:
@@ -100,7 +100,7 @@ class Approach(Admitted):
     direction: int
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
         far = f"must be > 0 and at most {LONGEST:g} m"
         either = "must be 1 (forward) or -1 (in reverse)"
         good = 0.0 < self.length <= LONGEST
@@ -187,7 +187,7 @@ class Dock(Step):
         around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
         return (tuple((x, y) for x, y in shapely.get_coordinates(around)[:-1].tolist()),)
 
-    @door(late=True)
+    @validated(late=True)
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of the body, where the dock is at this pose; None: there is none."""
         return None if self.body is None else outline_at(self.body, pose)

@@ -96,7 +96,7 @@ class Reason(Enum):
     SEARCHES_PLAN = "searches plan", "{}", Status.STARTING
     """There is no first plan yet."""
     TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad", Status.STARTING
-    LOOKS_SOON = "looks soon", "standing, searches again soon: {}", Status.FAILED
+    RETRIES_SOON = "looks soon", "standing, searches again soon: {}", Status.FAILED
     OVERLAP = "overlap", "{}", Status.BLOCKED
     CREEPS_OUT = "creeps out", "{}: creeps out of it", Status.BLOCKED
     CONTACT_AHEAD = "contact ahead", "contact in {}", Status.BLOCKED
@@ -111,22 +111,22 @@ class Reason(Enum):
     GOAL_UNCERTAIN = "goal uncertain", "{}", Status.GOAL_LOST
     """The goal is not known well enough to dock at."""
     SETTLES = "settles", "braking to rest at the target", Status.SETTLING
-    STANDS_BEFORE_SOMETHING = "stands before something", "something blocks the route: {}", Status.BLOCKED
+    STANDS_BEFORE_OBSTACLE = "stands before something", "something blocks the route: {}", Status.BLOCKED
     STANDS_AT_CUSP = "stands at cusp", "standing at the cusp", Status.CHANGING_DIRECTION
     GOAL_REJECTED = "goal rejected", "{}", Status.GOAL_REJECTED
     NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet", Status.SEARCHING
     DOCKED = "docked", "standing inside the tolerance", Status.DOCKED
-    TOLD_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
+    COMMANDED_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
     STALLED = "stalled", "no plan from here ends inside the tolerance{}", Status.STALLED
     GOAL_BEHIND = (
         "goal behind",
         "the goal is {} m behind where the vehicle stops: a new route is needed",
         Status.GOAL_BEHIND,
     )
-    PLANS_WAY = "plans way", "planning a route: {}", Status.PLANNING
-    NO_WAY = "no way", "{}", Status.STALLED
+    PLANS_ROUTE = "plans way", "planning a route: {}", Status.PLANNING
+    NO_ROUTE = "no way", "{}", Status.STALLED
     """There is no route in the area; the detail says why."""
-    MISTAKE = "mistake", "internal error: {}", Status.FAILED
+    INTERNAL_ERROR = "mistake", "internal error: {}", Status.FAILED
 
     message: str
     status: Status | None
@@ -242,7 +242,7 @@ class Diagnostics:
         retried: the plan was searched again from a clean start.
         slack: largest corridor slack of the plan [m].
         cause: why the cycle did what it did; reason: the same as a sentence, with all remarks.
-        aim: the pose that the active part is to end in, world frame.
+        target: the pose that the active part is to end in, world frame.
         goal: what detections say about the goal; None if there never was one.
         detections: judgements on those of this cycle.
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
@@ -264,7 +264,7 @@ class Diagnostics:
     retried: bool
     slack: float
     reason: str
-    aim: Pose2
+    target: Pose2
     goal: GoalEstimate | None
     detections: tuple[Judgement, ...]
     prepare_ms: float

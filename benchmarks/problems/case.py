@@ -33,7 +33,7 @@ class Problems(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignCase:
-    """Case number `index` of a study of this seed and level; see `rti_mpcc.simulation.campaign.DrawnCase`.
+    """Case number `index` of a study of this seed and level; see `rti_mpcc.simulation.campaign.RandomCase`.
 
     Attributes:
         method, preset: of its controller; deadline: of its cycles [s], or None; ride: smooth or brisk, or

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from benchmarks.problems.following import along, to_goal
 from benchmarks.problems.lattice import LEVELS
-from benchmarks.problems.passages import CURVATURE_SHARE, SPACING, Room
+from benchmarks.problems.passages import CURVATURE_SHARE, SPACING, SideClearance
 from benchmarks.problems.reaching import reach
 from geometry import Pose2, ReferencePath
 from rti_mpcc.simulation.scenario import Scenario
@@ -98,13 +98,13 @@ def cramped(scenario: Scenario) -> str | None:
     return None if rooms[-1].free(_poses(goal)).any() else "the goal"
 
 
-def _problem(scenario: Scenario) -> tuple[ReferencePath, Pose2, list[Room]]:
+def _problem(scenario: Scenario) -> tuple[ReferencePath, Pose2, list[SideClearance]]:
     """Route, true goal, and the room on each part."""
     path, vehicle = scenario.build_path(), scenario.vehicle
     corridor, goal = scenario.build_corridor(path), scenario.goal_pose()
     largest = CURVATURE_SHARE * tan(scenario.limits.steering) / vehicle.wheelbase
     rooms = [
-        Room(vehicle=vehicle, corridor=corridor, curvature=largest, index=index, part=part)
+        SideClearance(vehicle=vehicle, corridor=corridor, curvature=largest, index=index, part=part)
         for index, part in enumerate(path.parts)
     ]
     return path, goal, rooms
@@ -123,7 +123,7 @@ def _witness(pieces: list[Piece], leaves: int, *, searched: bool) -> Witness:
     )
 
 
-def _followed(path: ReferencePath, goal: Pose2, rooms: list[Room]) -> tuple[list[Piece], int] | None:
+def _followed(path: ReferencePath, goal: Pose2, rooms: list[SideClearance]) -> tuple[list[Piece], int] | None:
     """A motion by (1), (2) along the route and from there to the goal; and where it leaves the route."""
     at = _poses(path.start)[0]
     pieces: list[Piece] = []
@@ -142,7 +142,7 @@ def _followed(path: ReferencePath, goal: Pose2, rooms: list[Room]) -> tuple[list
     return pieces, sum(len(piece.poses) for piece in pieces[:-1]) + leaves
 
 
-def _searched(path: ReferencePath, goal: Pose2, rooms: list[Room]) -> tuple[list[Piece], int] | None:
+def _searched(path: ReferencePath, goal: Pose2, rooms: list[SideClearance]) -> tuple[list[Piece], int] | None:
     """As `_followed`, by a search on the last part and on all others that cannot be followed."""
     at = _poses(path.start)[0]
     pieces: list[Piece] = []
@@ -169,7 +169,7 @@ def _searched(path: ReferencePath, goal: Pose2, rooms: list[Room]) -> tuple[list
     return pieces, driven + leaves
 
 
-def _round(way: Array, ends: Array, room: Room, *, backs: bool) -> tuple[int, list[Piece]] | None:
+def _round(way: Array, ends: Array, room: SideClearance, *, backs: bool) -> tuple[int, list[Piece]] | None:
     """The pose of `way` (n, 4) at which a motion leaves it for one of `ends` (e, 4), and that motion."""
     part = room.part
     begins = np.append(np.arange(0, len(way), _LEAVE), np.zeros(LEVELS.size, dtype=np.int64))
@@ -196,7 +196,7 @@ def _arrives(at: Array, cusp: Pose2) -> bool:
     return Pose2(*at[:3]).relative_to(cusp).within(CUSP)
 
 
-def _free_at_cusp(before: Room, after: Room) -> Array:
+def _free_at_cusp(before: SideClearance, after: SideClearance) -> Array:
     """Poses (k, 4) within CUSP of a cusp where the body has room on both parts, the nearest first."""
     cusp = before.part.last
     poses = np.concatenate([_poses(cusp.compose(Pose2(*offset))) for offset in _NEAR_CUSP])

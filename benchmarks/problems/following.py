@@ -19,7 +19,7 @@ from math import ceil, cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.problems.passages import CURVATURE_SLOPE, SPACING, Room, joined
+from benchmarks.problems.passages import CURVATURE_SLOPE, SPACING, SideClearance, joined
 from geometry import PathPart, Pose2
 from rti_mpcc.types import Array
 
@@ -73,7 +73,7 @@ def _averaged(part: PathPart) -> tuple[Array, Array, Array]:
     return theta, c_r, np.gradient(c_r, theta)
 
 
-def to_goal(way: Array, goal: Pose2, room: Room) -> tuple[int, Array] | None:
+def to_goal(way: Array, goal: Pose2, room: SideClearance) -> tuple[int, Array] | None:
     """The pose of `way` (n, 4) at which the motion leaves for the goal, and (k, 4) what follows."""
     near = np.hypot(way[:, 0] - goal.x, way[:, 1] - goal.y) <= LONGEST
     begins = np.flatnonzero(near)[::-_LEAVE]
@@ -88,7 +88,7 @@ def to_goal(way: Array, goal: Pose2, room: Room) -> tuple[int, Array] | None:
 
 
 def _by_two(
-    way: Array, begins: NDArray[np.int64], ends: Array, places: Array, room: Room
+    way: Array, begins: NDArray[np.int64], ends: Array, places: Array, room: SideClearance
 ) -> tuple[int, Array] | None:
     """As `to_goal`, on two curves that meet in one of `places` (k, 4)."""
     last = joined(places, ends, _FEW_SPEEDS, room, sifted=True)
@@ -103,7 +103,7 @@ def _by_two(
     return None
 
 
-def _places(goal: Pose2, room: Room) -> Array:
+def _places(goal: Pose2, room: SideClearance) -> Array:
     """Poses with curvature (k, 4) beside the route before the goal where the body is free."""
     part = room.part
     to = part.project(goal.x, goal.y, heading=goal.phi)

@@ -17,7 +17,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.problems.passages import SPACING, Room
+from benchmarks.problems.passages import SPACING, SideClearance
 from geometry import PathPart, wrap
 from rti_mpcc.types import Array, Index
 
@@ -45,7 +45,14 @@ class Tree:
     """
 
     def __init__(
-        self, roots: Array, theta: Array, *, room: Room, sense: int, rank: Rank, cost: Array | None = None
+        self,
+        roots: Array,
+        theta: Array,
+        *,
+        room: SideClearance,
+        sense: int,
+        rank: Rank,
+        cost: Array | None = None,
     ) -> None:
         """Begin with roots (k, 4) at about theta (k,) [m], of which `cost` is the cost.
 
@@ -128,7 +135,7 @@ class Tree:
         self._open = np.concatenate((self._open, self._rank(cost, where)))
 
 
-def steps(begins: Array, direction: int, room: Room) -> tuple[Array, Index]:
+def steps(begins: Array, direction: int, room: SideClearance) -> tuple[Array, Index]:
     """All steps by (1) from poses (k, 4): their poses without the first (m, 5, 4), and (m,) where they begin.
 
     Poses are SPACING apart; the places are Simpson's integral from one to the next.

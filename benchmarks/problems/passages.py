@@ -32,7 +32,7 @@ _BLOCK = 5000  # curves at a time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Room:
+class SideClearance:
     """The body and where it has to stay on one part of the route.
 
     Attributes:
@@ -89,7 +89,7 @@ class Joined:
     heading: Array
     hard: Array
 
-    def motion(self, row: int, room: Room) -> Array | None:
+    def motion(self, row: int, room: SideClearance) -> Array | None:
         """Poses with curvature (n, 4) of a curve behind its begin; None where a close look finds it bad."""
         curve, heading = self.curves[row : row + 1], self.heading[row : row + 1]
         shape, _ = driven(room.part.direction, curve, _SHAPE, heading)
@@ -104,7 +104,7 @@ class Joined:
         return motion[0, 1:]
 
 
-def joined(begins: Array, ends: Array, speeds: Array, room: Room, *, sifted: bool = False) -> Joined:
+def joined(begins: Array, ends: Array, speeds: Array, room: SideClearance, *, sifted: bool = False) -> Joined:
     """All curves from poses with curvature (b, 4) to others (e, 4) that are gentle enough.
 
     Args:
@@ -116,7 +116,7 @@ def joined(begins: Array, ends: Array, speeds: Array, room: Room, *, sifted: boo
 
 
 def among(
-    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, *, sifted: bool
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: SideClearance, *, sifted: bool
 ) -> Joined:
     """As `joined`, of the pairs begin, end (p,) alone."""
     begin, end = np.repeat(begin, len(speeds)), np.repeat(end, len(speeds))
@@ -132,7 +132,7 @@ def among(
 
 
 def _looked_at(
-    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, sifted: bool
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: SideClearance, sifted: bool
 ) -> tuple[NDArray[np.generic], ...]:
     """Those of the curves that do so far, as the columns of `Joined`."""
     heading = begins[begin, 2]

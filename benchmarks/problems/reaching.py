@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.problems.lattice import LEVELS, STEP, Rank, Tree
-from benchmarks.problems.passages import Room, among
+from benchmarks.problems.passages import SideClearance, among
 from geometry import wrap
 from rti_mpcc.types import Array, Index
 
@@ -59,7 +59,7 @@ class Reached:
 
 
 def reach(
-    roots: Array, along: Array, ends: Array, theta: float, room: Room, *, backs: bool
+    roots: Array, along: Array, ends: Array, theta: float, room: SideClearance, *, backs: bool
 ) -> Reached | None:
     """A motion from one of `roots` (k, 4) to one of `ends` (e, 4), None where none was found.
 
@@ -102,7 +102,7 @@ def _to_route(cost: Array, where: Array) -> Array:
     return np.asarray(cost + np.abs(where[:, 1:]) @ _TO_ROUTE)
 
 
-def _backward(ends: Array, theta: float, back: float, room: Room) -> tuple[Tree, Tree | None]:
+def _backward(ends: Array, theta: float, back: float, room: SideClearance) -> tuple[Tree, Tree | None]:
     """The tree from which `ends` (e, 4) are driven to, and that of backing up, whose nodes are its roots."""
     leg = None
     roots, at, cost = ends, np.full(len(ends), theta), np.zeros(len(ends))
@@ -121,7 +121,7 @@ def _backward(ends: Array, theta: float, back: float, room: Room) -> tuple[Tree,
 
 
 def _joined(
-    first: Tree, new: Index, last: Tree, targets: Index, leg: Tree | None, room: Room
+    first: Tree, new: Index, last: Tree, targets: Index, leg: Tree | None, room: SideClearance
 ) -> Reached | None:
     """A motion by way of one of the nodes `new` of one tree and one of `targets` of the other."""
     begins, ends = first.poses[new], last.poses[targets]
@@ -152,7 +152,7 @@ def _continued(before: float, headings: Array) -> Array:
     return np.unwrap(np.append(before, headings))[1:]
 
 
-def _pairs(begins: Array, ends: Array, room: Room) -> tuple[Index, Index]:
+def _pairs(begins: Array, ends: Array, room: SideClearance) -> tuple[Index, Index]:
     """Which poses (b, 4) may be joined to which (e, 4), those that look best.
 
     A cubic y(x) ahead of the first pose has at its ends, X on, Y to the left and turned by psi:

@@ -19,7 +19,7 @@ from benchmarks.reproduction.runs import (
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import add_options, integer
 from rti_mpcc.report.files import make_writable
-from rti_mpcc.report.text import progress_bar, tell_lines, tell_written
+from rti_mpcc.report.text import print_lines, print_written, progress_bar
 from rti_mpcc.simulation.batch import drive_all
 
 REPRODUCED = 0
@@ -72,8 +72,8 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         courses=list(driven),
     )
     report = write_report(runs, arguments.out)
-    tell_lines(report.told)
-    tell_written(report.files)
+    print_lines(report.told)
+    print_written(report.files)
     return REPRODUCED
 
 

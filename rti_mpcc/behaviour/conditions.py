@@ -186,10 +186,10 @@ def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> 
 
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:
     """Whether a vehicle without a plan, or a cruise without an arrival, looks for one in this cycle."""
-    looked_at = s.task.looked_at
+    last_attempt = s.task.last_attempt
     if s.plans.suspended is not None:
         return True
-    return looked_at is None or not 0.0 <= context.now - looked_at < REPLAN_INTERVAL
+    return last_attempt is None or not 0.0 <= context.now - last_attempt < REPLAN_INTERVAL
 
 
 def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -201,7 +201,7 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
         return False
     if context.inside(context.error):
         return True
-    if s.on_planned_way:
+    if s.on_planned_route:
         return False
     long = s.vehicle.is_stationary(context.now, max(STANDSTILL_TIME, dwell))
     return long and _near(context, config)
@@ -220,4 +220,4 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
         # It begins as slowly as its comfort has it.
         long = TURNING_TIME + standstill.moving_speed(config) / config.arrival_acceleration
     standing = s.vehicle.is_stationary(context.now, long)
-    return standing and task.halt is None and context.now - task.driving_since > STANDSTILL_TIME
+    return standing and task.yielding is None and context.now - task.driving_since > STANDSTILL_TIME

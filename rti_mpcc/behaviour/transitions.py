@@ -19,12 +19,12 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import (
     DRIVING,
     ControllerState,
-    Halt,
     Phase,
     PlannedStop,
     Plans,
     RouteState,
     Task,
+    Yielding,
 )
 from rti_mpcc.types import GoalOrigin, Trajectory
 
@@ -65,14 +65,14 @@ class Event(Enum):
     PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
     GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
     GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
-    FOUND_ELSEWHERE = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
+    RELOCALISED = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
     OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
     SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
-    MISTAKE = ON_ROUTE, STARTING, "an internal error in a cycle"
-    WAY_LOST = ANY, PLANNING, "another route is needed"
-    WAY_PLANNED = (*SEEKING, HOLDING, STALLED, PLANNING, WAITING), STARTING, "a route is planned"
-    TOLD_TO_STAND = ANY, WAITING, "the vehicle is commanded to stand"
-    TOLD_TO_GO_ON = (WAITING,), STARTING, "the vehicle is commanded to resume its segment"
+    INTERNAL_ERROR = ON_ROUTE, STARTING, "an internal error in a cycle"
+    ROUTE_LOST = ANY, PLANNING, "another route is needed"
+    ROUTE_PLANNED = (*SEEKING, HOLDING, STALLED, PLANNING, WAITING), STARTING, "a route is planned"
+    COMMANDED_TO_STAND = ANY, WAITING, "the vehicle is commanded to stand"
+    COMMANDED_TO_RESUME = (WAITING,), STARTING, "the vehicle is commanded to resume its segment"
 
     sources: tuple[Phase, ...]
     to: Phase
@@ -139,9 +139,9 @@ def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | Non
     `solution`: its iterate, which the next cycle resumes.
     """
     task = s.task
-    if task.latched or task.looked_at is not None:
-        looked_at = task.looked_at if task.phase is Phase.CONTOURING else None  # of a cruise
-        task = replace(task, latched="", looked_at=looked_at)
+    if task.stop_reason or task.last_attempt is not None:
+        last_attempt = task.last_attempt if task.phase is Phase.CONTOURING else None  # of a cruise
+        task = replace(task, stop_reason="", last_attempt=last_attempt)
     plans = replace(
         s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.now, clear_of=s.area.changes
     )
@@ -161,7 +161,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate=None,
         estimated_at=None,
         estimate_fit=None,
-        followed=None,
+        detected=None,
         undetected="",
         origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
     )
@@ -170,7 +170,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
 
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
     """The planned goal of the same dock is known better; its detections are kept."""
-    pose = goal if s.goal.followed is None else s.goal.pose
+    pose = goal if s.goal.detected is None else s.goal.pose
     return replace(s, goal=replace(s.goal, planned=goal, pose=pose, origin=GoalOrigin.GIVEN))
 
 
@@ -181,28 +181,28 @@ def next_segment(s: ControllerState) -> ControllerState:
         goal=replace(s.goal, waiting=False),
         task=Task(segments=s.task.segments[1:]),
         plans=Plans(),
-        begin=None,
+        start_state=None,
     )
 
 
-def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
+def without_route(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
     """Stand on this route of no length until a route is planned."""
     assert s.route is not None
-    route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
-    task = Task(segments=segments, halt=_lasting_halt(s))
-    s = replace(s, path=path, task=task, plans=Plans(), route=route, begin=None)
-    return transition_on(s, Event.WAY_LOST)
+    route = replace(s.route, replan_reason=why, request="", since=s.now, fixed=False)
+    task = Task(segments=segments, yielding=_lasting_yielding(s))
+    s = replace(s, path=path, task=task, plans=Plans(), route=route, start_state=None)
+    return transition_on(s, Event.ROUTE_LOST)
 
 
-def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
+def onto_route(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
     """Start a manoeuvre that was planned from here, with the last plan until there is another one."""
     if s.goal.pose is None:
         goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
         s = replace(s, goal=goal)
     plans = _last_plan(s)
-    s = transition_on(s, Event.WAY_PLANNED)
-    task = Task(segments=manoeuvre.segments, halt=_lasting_halt(s))
-    return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
+    s = transition_on(s, Event.ROUTE_PLANNED)
+    task = Task(segments=manoeuvre.segments, yielding=_lasting_yielding(s))
+    return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, start_state=None)
 
 
 def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> ControllerState:
@@ -214,9 +214,9 @@ def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> 
     return replace(s, task=replace(s.task, stop=stop), plans=plans)
 
 
-def _lasting_halt(s: ControllerState) -> Halt | None:
+def _lasting_yielding(s: ControllerState) -> Yielding | None:
     """The halt for an obstacle that moves: another route has to stay clear of it as long as the last one."""
-    return s.task.halt if s.area.moving else None
+    return s.task.yielding if s.area.moving else None
 
 
 def _last_plan(s: ControllerState) -> Plans:
@@ -226,9 +226,9 @@ def _last_plan(s: ControllerState) -> Plans:
     return Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at, clear_of=s.plans.clear_of)
 
 
-def begun_again(s: ControllerState, problem: str) -> ControllerState:
+def restarted(s: ControllerState, problem: str) -> ControllerState:
     """After an internal error: no plans are kept, nor, as the segment is a copy, its core."""
-    s = transition_on(s, Event.MISTAKE)
+    s = transition_on(s, Event.INTERNAL_ERROR)
     active, *later = s.task.segments
-    task = replace(s.task, segments=(replace(active), *later), latched=problem)
-    return replace(s, task=task, begin=None)
+    task = replace(s.task, segments=(replace(active), *later), stop_reason=problem)
+    return replace(s, task=task, start_state=None)

@@ -15,7 +15,7 @@ from rti_mpcc.cli.recordings import add_identify, add_replay, add_watch
 from rti_mpcc.cli.run import add_run
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.report.text import tell_lines, warnings_on_stderr
+from rti_mpcc.report.text import print_lines, warnings_on_stderr
 from rti_mpcc.simulation import builtin_names, load_scenario
 
 _INTERRUPTED = 130
@@ -67,13 +67,13 @@ def _warm(arguments: argparse.Namespace) -> int:
     count, problem = make_ready(second_process=True), compiled.not_kept()
     said = f"compiled {count} kernels" if count else "all kernels are ready"
     where = f"but they are not kept: {problem}" if problem else f"kept in {compiled.directory()}"
-    tell_lines([f"{said}, {where}"])
+    print_lines([f"{said}, {where}"])
     return DONE
 
 
 def _scenarios(arguments: argparse.Namespace) -> int:
     width = max(map(len, builtin_names()))
-    tell_lines([f"{name:{width}}  {load_scenario(name).description}" for name in builtin_names()])
+    print_lines([f"{name:{width}}  {load_scenario(name).description}" for name in builtin_names()])
     return DONE
 
 

@@ -26,14 +26,14 @@ from rti_mpcc.report.ride import Observer, Ride, ride_of_run
 from rti_mpcc.report.text import (
     compared,
     comparison_tables,
+    print_tables,
+    print_written,
     progress_bar,
     run_label,
-    tell_tables,
-    tell_written,
 )
 from rti_mpcc.simulation import driver_of, load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
-from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
+from rti_mpcc.simulation.campaign import MOST, ROWS, RandomCase, run_campaign
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
 from rti_mpcc.simulation.variation import PARTS, VariedCase
 
@@ -65,31 +65,31 @@ def add_compare(commands: Commands) -> None:
     parser.set_defaults(command=_compare)
 
 
-def _compare(asked: argparse.Namespace) -> int:
+def _compare(args: argparse.Namespace) -> int:
     scenarios: dict[str, tuple[str, Scenario]] = {}
-    for given in dict.fromkeys(asked.scenarios):
+    for given in dict.fromkeys(args.scenarios):
         scenario = load_scenario(given)
         other, _ = scenarios.setdefault(scenario.name, (given, scenario))
         if other != given:  # their runs could not be told apart
             raise InputError(f"{other} and {given} have the same name, {scenario.name!r}: give each its own")
     cases = [
-        Case(scenario=scenario, method=method, preset=preset, seed=asked.seed)
+        Case(scenario=scenario, method=method, preset=preset, seed=args.seed)
         for _, scenario in scenarios.values()
-        for preset in dict.fromkeys(asked.presets)
-        for method in dict.fromkeys(asked.methods)
+        for preset in dict.fromkeys(args.presets)
+        for method in dict.fromkeys(args.methods)
     ]
-    folder = writable_folder(asked.out, "compare")
+    folder = writable_folder(args.out, "compare")
     written: list[Path] = []
     with progress_bar("compare", "{task.completed:.0f} runs") as progress:
-        if asked.animate:
+        if args.animate:
             outcomes, written = _animated(cases, folder, progress)
         else:
-            outcomes = drive_all(cases, jobs=asked.jobs, progress=progress)
+            outcomes = drive_all(cases, jobs=args.jobs, progress=progress)
     figures = compared([outcome.figures for outcome in outcomes])
     file = folder / "comparison.json"
     write_json(figures, file)
-    tell_tables(comparison_tables(figures))
-    tell_written([file, *written])
+    print_tables(comparison_tables(figures))
+    print_written([file, *written])
     return DONE
 
 
@@ -152,17 +152,17 @@ def _parts(text: str) -> tuple[str, ...]:
     return parts
 
 
-def _campaign(asked: argparse.Namespace) -> int:
-    base = load_scenario(asked.scenario)
-    drawn = {"vary": asked.vary, "seed": asked.seed}
-    cases = [VariedCase(base=base, index=index, **drawn) for index in range(asked.count)]
-    settings = {"scenario": asked.scenario, "count": asked.count, **drawn}
+def _campaign(args: argparse.Namespace) -> int:
+    base = load_scenario(args.scenario)
+    drawn = {"vary": args.vary, "seed": args.seed}
+    cases = [VariedCase(base=base, index=index, **drawn) for index in range(args.count)]
+    settings = {"scenario": args.scenario, "count": args.count, **drawn}
     cases[0].scenario()  # what can't be varied is refused before anything is driven
-    return drive_and_report(cases, settings, asked, f"campaign-{base.name}")
+    return drive_and_report(cases, settings, args, f"campaign-{base.name}")
 
 
 def drive_and_report(
-    cases: Sequence[DrawnCase], settings: Mapping[str, Any], asked: argparse.Namespace, name: str
+    cases: Sequence[RandomCase], settings: Mapping[str, Any], args: argparse.Namespace, name: str
 ) -> int:
     """Drive the cases by the options of `add_campaign_options`, write to --out or runs/<name>, and print."""
     # Not at the top: pandas, matplotlib and scipy.stats take longer to load than other commands need.
@@ -170,13 +170,13 @@ def drive_and_report(
 
     if len(cases) > MOST:
         raise InputError(f"count = {len(cases)}: must be <= {MOST}")
-    folder = writable_folder(asked.out, name)
+    folder = writable_folder(args.out, name)
     with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
-        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=progress)
-    table, files = write_report(folder, settings, cases, worst=asked.worst)
+        run_campaign(cases, folder, jobs=args.jobs, dask=args.dask, progress=progress)
+    table, files = write_report(folder, settings, cases, worst=args.worst)
     console = Table("", "value", title=f"Campaign {folder}", title_justify="left")
     for name, value in table.items():
         console.add_row(escape(name), value)
-    tell_tables([console])
-    tell_written([folder / ROWS, *files])
+    print_tables([console])
+    print_written([folder / ROWS, *files])
     return DONE

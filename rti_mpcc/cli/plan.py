@@ -8,7 +8,7 @@ from pathlib import Path
 from rti_mpcc import plan_manoeuvre
 from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.errors import InputError
-from rti_mpcc.report.text import docks_table, plan_table, tell_lines, tell_tables, tell_written
+from rti_mpcc.report.text import docks_table, plan_table, print_lines, print_tables, print_written
 from rti_mpcc.simulation import load_scenario, read_docks
 
 
@@ -41,10 +41,10 @@ def _plan(arguments: argparse.Namespace) -> int:
     manoeuvre = plan_manoeuvre(scenario.start_pose(), goal, area, config)
     figures, written = write_plan(scenario.name, manoeuvre, area, config, folder)
     if manoeuvre.found:
-        tell_tables([plan_table(scenario.name, figures)])
+        print_tables([plan_table(scenario.name, figures)])
     else:
-        tell_lines([f"{scenario.name}: {line}" for line in no_route(manoeuvre)])
-    tell_written(written)
+        print_lines([f"{scenario.name}: {line}" for line in no_route(manoeuvre)])
+    print_written(written)
     return DONE if manoeuvre.found else FAILED
 
 
@@ -69,6 +69,6 @@ def _docks(arguments: argparse.Namespace) -> int:
     from rti_mpcc.report.plan import docks_figure
 
     draw.save(docks_figure(name, docks), picture)
-    tell_tables([docks_table(name, docks)])
-    tell_written([picture])
+    print_tables([docks_table(name, docks)])
+    print_written([picture])
     return DONE

@@ -14,7 +14,7 @@ from rti_mpcc.recording import read_recording, replay
 from rti_mpcc.recording.identify import identify
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Ride, ride_of_recording
-from rti_mpcc.report.text import progress_bar, replay_lines, tell_lines, tell_written
+from rti_mpcc.report.text import print_lines, print_written, progress_bar, replay_lines
 from rti_mpcc.simulation import GoalSource, load_scenario
 
 _OF_SCENARIO = {"method": "dynamic", "preset": "default", "seed": 0}
@@ -44,12 +44,12 @@ def _tolerance(text: str) -> float:
     raise argparse.ArgumentTypeError(f"{text!r} must be a number >= 0")
 
 
-def _replay(asked: argparse.Namespace) -> int:
-    tolerance, dumps = asked.tolerance, asked.dump_failed
-    with progress_bar(asked.file.name, "cycle {task.completed:.0f}") as progress:
-        options = {"allow_truncated": asked.partial, "dump_failed": dumps, "progress": progress}
-        report = replay(asked.file, tolerance=tolerance, **options)
-    tell_lines(replay_lines(report))
+def _replay(args: argparse.Namespace) -> int:
+    tolerance, dumps = args.tolerance, args.dump_failed
+    with progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
+        options = {"allow_truncated": args.partial, "dump_failed": dumps, "progress": progress}
+        report = replay(args.file, tolerance=tolerance, **options)
+    print_lines(replay_lines(report))
     return DONE if report.identical else FAILED
 
 
@@ -69,22 +69,22 @@ def add_watch(commands: Commands) -> None:
     parser.set_defaults(command=_watch, **usual, **unset)
 
 
-def _watch(asked: argparse.Namespace) -> int:
+def _watch(args: argparse.Namespace) -> int:
     from rti_mpcc.report.scene import open_window, watch
 
-    watch(open_window(), _ride(asked))
+    watch(open_window(), _ride(args))
     return DONE
 
 
-def _ride(asked: argparse.Namespace) -> Ride:
-    file, given = Path(asked.what), vars(asked)
+def _ride(args: argparse.Namespace) -> Ride:
+    file, given = Path(args.what), vars(args)
     if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
         if any(given[name] is not None for name in _OF_SCENARIO):
             raise InputError(f"{file}: a recording has its own method, preset and seed, leave them out")
         with progress_bar(file.name, "cycle {task.completed:.0f}") as progress:
             return ride_of_recording(file, progress=progress)
     options = {name: usual if given[name] is None else given[name] for name, usual in _OF_SCENARIO.items()}
-    return simulated(load_scenario(asked.what), argparse.Namespace(**given | options))[1]
+    return simulated(load_scenario(args.what), argparse.Namespace(**given | options))[1]
 
 
 def add_identify(commands: Commands) -> None:
@@ -103,26 +103,26 @@ def add_identify(commands: Commands) -> None:
     parser.set_defaults(command=_identify)
 
 
-def _identify(asked: argparse.Namespace) -> int:
+def _identify(args: argparse.Namespace) -> int:
     # Not at the top: matplotlib takes long to load.
     from rti_mpcc.report import draw
     from rti_mpcc.report.timeline import actuators_figure
 
-    found = identify(read_recording(asked.file, allow_truncated=asked.partial))
-    folder = writable_folder(asked.out, asked.file.stem)
+    found = identify(read_recording(args.file, allow_truncated=args.partial))
+    folder = writable_folder(args.out, args.file.stem)
     written = [folder / "identified.json", folder / "identified.png"]
     write_json(found.figures(), written[0])
-    draw.save(actuators_figure(asked.file.name, found), written[1])
+    draw.save(actuators_figure(args.file.name, found), written[1])
     for name, fit in (("drive", found.drive), ("steering", found.steering)):
         if fit is None:
-            tell_lines([f"{name}: changes too little to be fitted"])
+            print_lines([f"{name}: changes too little to be fitted"])
             continue
         interface = "set-points" if fit.by_setpoints else "rates"
         times = (
             f"dead time {fit.dead_time:.3f} ± {fit.stds[0]:.3f} s, lag {fit.lag:.3f} ± {fit.stds[1]:.3f} s"
         )
-        tell_lines([f"{name}: {times}, gain {fit.gain:.2f}; it follows the {interface}"])
+        print_lines([f"{name}: {times}, gain {fit.gain:.2f}; it follows the {interface}"])
     settings = ", ".join(f"{name}={value}" for name, value in found.model.model_dump().items())
-    tell_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
-    tell_written(written)
+    print_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
+    print_written(written)
     return DONE

@@ -16,11 +16,11 @@ from rti_mpcc.report.files import make_writable, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
 from rti_mpcc.report.text import (
     failure_lines,
+    print_lines,
+    print_tables,
+    print_written,
     progress_bar,
     summary_table,
-    tell_lines,
-    tell_tables,
-    tell_written,
 )
 from rti_mpcc.simulation import (
     GoalSource,
@@ -99,11 +99,11 @@ def _run(arguments: argparse.Namespace) -> int:
             write_animation([ride], file, progress=progress)
     if arguments.record is not None and not problem:
         written.append(arguments.record)
-    tell_tables([summary_table(figures)])
-    tell_lines(failure_lines(figures.get("mission")))
-    tell_written([*written, *animation])
+    print_tables([summary_table(figures)])
+    print_lines(failure_lines(figures.get("mission")))
+    print_written([*written, *animation])
     if result.planning is not None and not result.paths:
-        tell_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
+        print_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
     if problem:
         raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")
     whole = all_succeeded(result.mission_result, result.mission)

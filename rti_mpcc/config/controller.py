@@ -11,9 +11,9 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from estimation import DisturbanceFilterConfig, VehicleFilterConfig
-from geometry.doors import door
 from geometry.errors import ConfigError
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Tolerance, did_you_mean, replaced
+from geometry.validation import validated
 from rti_mpcc.config.mpc import (
     CONTACT_TOLERANCE,
     Clearance,
@@ -250,7 +250,7 @@ class ControllerConfig(Settings):
         return min(max((vehicle.front + vehicle.rear) / SMALL, LEAST_SIZE), 1.0)
 
     @classmethod
-    @door(ConfigError)
+    @validated(ConfigError)
     def for_vehicle(cls, kind: str, **changes: Any) -> Self:
         """Vehicle and limits of a kind of vehicle, and the other settings as they are by default.
 

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement, GoalStatus
 from geometry import InputError, Pose2
 from geometry.angles import degrees_hint
-from geometry.doors import door
+from geometry.validation import validated
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
 from rti_mpcc.mission.start import start_step
 from rti_mpcc.planning import validation
-from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.mission_state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
@@ -36,7 +36,7 @@ _log = logging.getLogger(__name__)
 class DockingMission:
     """Drives a mission: gives the controller its orders, one step after the other.
 
-    The steps that are left, and the progress, are the `agenda` of `controller.state`.
+    The steps that are left, and the progress, are the `mission_state` of `controller.state`.
 
     Args:
         controller: that drives; one that has a mission takes this one in its place.
@@ -51,7 +51,7 @@ class DockingMission:
             without a home, or one that needs planned ways, where the controller plans none.
     """
 
-    @door()
+    @validated()
     def __init__(
         self,
         controller: DockingController,
@@ -63,28 +63,28 @@ class DockingMission:
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
         _check(self.steps, self.home, controller)
         # A mission that has made no cycle has left nothing anywhere.
-        last = controller.state.agenda if controller.has_stepped else None
+        last = controller.state.mission_state if controller.has_stepped else None
         docks = [step for step in self.steps if isinstance(step, Dock) and step.pose is not None]
         bodies = [step.body_at(step.pose) for step in docks if step.pose is not None]
-        agenda = Agenda(
-            due=tuple(Due(step=step, place=place) for place, step in enumerate(self.steps)),
+        mission_state = MissionState(
+            pending=tuple(PendingStep(step=step, place=place) for place, step in enumerate(self.steps)),
             own_goal=controller.state.goal.planned,
             bodies=(*(last.standing if last else ()), *(each for each in bodies if each is not None)),
         )
-        controller.state = replace(controller.state, agenda=agenda)
+        controller.state = replace(controller.state, mission_state=mission_state)
         self.cancelling = False
 
     @property
-    def agenda(self) -> Agenda:
+    def mission_state(self) -> MissionState:
         """The steps that are left, and the progress."""
-        agenda = self.controller.state.agenda
-        assert agenda is not None
-        return agenda
+        mission_state = self.controller.state.mission_state
+        assert mission_state is not None
+        return mission_state
 
     @property
     def result(self) -> MissionResult:
         """Result of the mission; RUNNING while a step is left. See `over` for whether the vehicle stands."""
-        return MissionResult.RUNNING if self.agenda.due else self.agenda.result
+        return MissionResult.RUNNING if self.mission_state.pending else self.mission_state.result
 
     @property
     def over(self) -> bool:
@@ -93,17 +93,17 @@ class DockingMission:
         `result` alone does not say so: a mission that is cancelled, or out of time, still brakes.
         """
         s = self.controller.state
-        return not self.agenda.due and s.vehicle.is_stationary(s.now, s.vehicle.dead_time)
+        return not self.mission_state.pending and s.vehicle.is_stationary(s.now, s.vehicle.dead_time)
 
     @property
     def log(self) -> tuple[StepRecord, ...]:
         """All steps that were started, in order of time."""
-        return self.agenda.log
+        return self.mission_state.log
 
     @property
     def docks(self) -> bool:
         """Whether the step under way docks at a dock whose pose is not known: it needs detections."""
-        step = self.agenda.step
+        step = self.mission_state.step
         return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
 
     def cancel(self) -> None:
@@ -131,10 +131,10 @@ class DockingMission:
             goal: of a `Dock` without a pose.
             signal: in place of `until` of the step under way; None: that is asked.
         """
-        over = self.told(signal)
+        over = self.signalled(signal)
         usable = None if goal is None else validation.usable_goal(goal)
         if usable is not None:  # for the next dock without a pose
-            self._keep(replace(self.agenda, told=usable))
+            self._keep(replace(self.mission_state, unused_goal=usable))
         self._guarded(lambda: self._start(now))
         command = self.controller.step(
             state,
@@ -144,7 +144,7 @@ class DockingMission:
             obstacles=self._obstacles(obstacles),
             clock=clock,
         )
-        place = self.agenda.due[0] if self.agenda.due else None
+        place = self.mission_state.pending[0] if self.mission_state.pending else None
         self._guarded(lambda: self._end(command, over))
         return replace(command, mission=self._report(place))
 
@@ -152,28 +152,28 @@ class DockingMission:
 
     def _start(self, now: float) -> None:
         """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
-        agenda, controller = self.agenda, self.controller
+        mission_state, controller = self.mission_state, self.controller
         clock, _ = validation.timed(controller.state.clock, now, controller.config)
         if self.cancelling:
             self.cancelling = False
-            if agenda.due:
-                self._take(end_mission(agenda, MissionResult.CANCELLED, "", clock.now))
-        elif agenda.due and agenda.begun is None:
+            if mission_state.pending:
+                self._take(end_mission(mission_state, MissionResult.CANCELLED, "", clock.now))
+        elif mission_state.pending and mission_state.started is None:
             s = replace(controller.state, clock=clock)
-            started = start_step(agenda, s, controller.config, controller.area)
-            self._take(Next(started.agenda, started.order))
+            started = start_step(mission_state, s, controller.config, controller.area)
+            self._take(Next(started.mission_state, started.order))
             if started.problem:
-                failed = StepOutcome(self.agenda, MissionResult.NOT_REACHED, started.problem)
+                failed = StepOutcome(self.mission_state, MissionResult.NOT_REACHED, started.problem)
                 self._advance(failed, clock.now)
 
     def _end(self, command: Command, over: bool) -> None:
         """Judge the step, and advance the mission."""
-        agenda, s, settings = self.agenda, self.controller.state, self.controller.config.mission
-        if agenda.begun is None or not agenda.due:
+        mission_state, s, settings = self.mission_state, self.controller.state, self.controller.config.mission
+        if mission_state.started is None or not mission_state.pending:
             return
-        if isinstance(agenda.step, Dock):
-            agenda = _with_dock_pose(agenda, agenda.step, s)
-        self._advance(judge_step(agenda, command, over, s.now, settings), s.now)
+        if isinstance(mission_state.step, Dock):
+            mission_state = _with_dock_pose(mission_state, mission_state.step, s)
+        self._advance(judge_step(mission_state, command, over, s.now, settings), s.now)
 
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction
@@ -181,12 +181,12 @@ class DockingMission:
         self._take(advance_mission(outcome, self.steps, self.home, direction, now, back_off))
 
     def _take(self, following: Next) -> None:
-        self._keep(following.agenda)
+        self._keep(following.mission_state)
         if following.order is not None:
             self.controller.assign(following.order)
 
-    def _keep(self, agenda: Agenda) -> None:
-        self.controller.state = replace(self.controller.state, agenda=agenda)
+    def _keep(self, mission_state: MissionState) -> None:
+        self.controller.state = replace(self.controller.state, mission_state=mission_state)
 
     def _guarded(self, part: Callable[[], None]) -> None:
         """An internal error ends the mission, not the control."""
@@ -196,26 +196,26 @@ class DockingMission:
         except Exception as error:
             _log.exception("internal error in a mission, the vehicle stops")
             reason = f"internal error: {' '.join(str(error).split())}"
-            self.controller.state = replace(before, agenda=self.agenda)
-            self._take(end_mission(self.agenda, MissionResult.NOT_REACHED, reason, before.now))
+            self.controller.state = replace(before, mission_state=self.mission_state)
+            self._take(end_mission(self.mission_state, MissionResult.NOT_REACHED, reason, before.now))
 
     # -- inputs and outputs ----------------------------------------------------------------------------
 
     def _own_goal(self, goal: Pose2 | None) -> Pose2 | None:
         """The goal for a controller that docks without a pose: the one given now, or an earlier one."""
-        agenda = self.agenda
-        if not isinstance(agenda.step, Dock) or agenda.step.pose is not None:
+        mission_state = self.mission_state
+        if not isinstance(mission_state.step, Dock) or mission_state.step.pose is not None:
             return None
-        self._keep(replace(agenda, told=None))
-        return agenda.told if goal is None else goal
+        self._keep(replace(mission_state, unused_goal=None))
+        return mission_state.unused_goal if goal is None else goal
 
-    def told(self, signal: bool | None = None) -> bool:
+    def signalled(self, signal: bool | None = None) -> bool:
         """Whether `until` of the step under way, or `signal` in place of that, says that it is over.
 
         A user's function that raises says no.
         """
-        agenda, step = self.agenda, self.agenda.step
-        if agenda.begun is None or not isinstance(step, Straight | Wait) or step.until is None:
+        mission_state, step = self.mission_state, self.mission_state.step
+        if mission_state.started is None or not isinstance(step, Straight | Wait) or step.until is None:
             return False
         try:
             return bool(step.until() if signal is None else signal)
@@ -225,71 +225,81 @@ class DockingMission:
 
     def _obstacles(self, given: Sequence[ArrayLike] | None) -> Sequence[ArrayLike] | None:
         """Obstacles for the controller: those that were given last, and the bodies of docks."""
-        agenda = self.agenda
-        agenda = replace(agenda, berth=agenda.berth and self._detected(agenda.berth))
-        bodies = agenda.standing
+        mission_state = self.mission_state
+        mission_state = replace(
+            mission_state, dock_state=mission_state.dock_state and self._detected(mission_state.dock_state)
+        )
+        bodies = mission_state.standing
         if given is not None:
             # An input that is no list stays as it is: the controller refuses it.
             with suppress(Exception):
                 given = tuple(given)
-            agenda = replace(agenda, obstacles=given)
-        elif bodies and agenda.obstacles is None:
+            mission_state = replace(mission_state, obstacles=given)
+        elif bodies and mission_state.obstacles is None:
             known = [each.outline for each in self.controller.state.area.obstacles]
             others = (each for each in known if not any(np.array_equal(each, body) for body in bodies))
-            agenda = replace(agenda, obstacles=tuple(others))
-        self._keep(agenda)
-        if not bodies or not isinstance(agenda.obstacles, tuple):
-            return agenda.obstacles
-        return (*agenda.obstacles, *bodies)
+            mission_state = replace(mission_state, obstacles=tuple(others))
+        self._keep(mission_state)
+        if not bodies or not isinstance(mission_state.obstacles, tuple):
+            return mission_state.obstacles
+        return (*mission_state.obstacles, *bodies)
 
-    def _detected(self, berth: Berth) -> Berth:
+    def _detected(self, dock_state: DockState) -> DockState:
         """With the body of the dock where the dock is detected.
 
         It is missing for a cycle between two places: else it would be taken for a fast obstacle.
         """
         estimate = self.controller.state.goal.estimate
         pose = None if estimate is None else estimate.pose
-        if berth.body_at is None:
-            return replace(berth, body_at=pose or berth.pose)
+        if dock_state.body_at is None:
+            return replace(dock_state, body_at=pose or dock_state.pose)
         if not self.docks or estimate is None or pose is None or estimate.status is not GoalStatus.TRACKING:
-            return berth
-        return berth if pose.relative_to(berth.body_at).within(_BODY_MOVED) else replace(berth, body_at=None)
+            return dock_state
+        return (
+            dock_state
+            if pose.relative_to(dock_state.body_at).within(_BODY_MOVED)
+            else replace(dock_state, body_at=None)
+        )
 
-    def _report(self, due: Due | None) -> MissionReport:
-        """The progress; `due` was under way in this cycle, or is to start; None: no step was left."""
-        agenda = self.agenda
-        last = agenda.log[-1] if agenda.log else None
-        if due is not None:
-            ended = agenda.begun is None and last is not None and last.end == self.controller.state.now
+    def _report(self, pending: PendingStep | None) -> MissionReport:
+        """The progress; `pending` was under way in this cycle, or is to start; None: no step was left."""
+        mission_state = self.mission_state
+        last = mission_state.log[-1] if mission_state.log else None
+        if pending is not None:
+            ended = (
+                mission_state.started is None and last is not None and last.end == self.controller.state.now
+            )
             result = last.result if ended and last is not None else MissionResult.RUNNING
-            place, kind, attempt = due.place, due.step.word, due.attempt
+            place, kind, attempt = pending.place, pending.step.word, pending.attempt
         elif last is not None:
             place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
         else:  # it was cancelled before any step was started
-            place, kind, attempt, result = 0, self.steps[0].word, 0, agenda.result
+            place, kind, attempt, result = 0, self.steps[0].word, 0, mission_state.result
         return MissionReport(
             step=place, kind=kind, result=result, mission_result=self.result, attempt=attempt,
-            reason=agenda.reason,
+            reason=mission_state.reason,
         )  # fmt: skip
 
 
-def _with_dock_pose(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
+def _with_dock_pose(mission_state: MissionState, dock: Dock, s: ControllerState) -> MissionState:
     """With the present pose of the dock; of a dock without a pose also the goal that was given.
 
     Where that was not known at the start of the step, it is where the step is to end.
     """
-    pose = s.goal_pose or (None if s.on_planned_way else s.path.end)
+    pose = s.goal_pose or (None if s.on_planned_route else s.path.end)
     if pose is None:
-        return agenda
-    berth = agenda.berth
-    if berth is None:
-        berth = Berth(dock=dock, place=agenda.due[0].place, pose=pose, body_at=pose)
-        agenda = agenda.at(berth)
-    own = s.goal.planned if dock.pose is None else agenda.own_goal
-    *before, record = agenda.log
+        return mission_state
+    dock_state = mission_state.dock_state
+    if dock_state is None:
+        dock_state = DockState(dock=dock, place=mission_state.pending[0].place, pose=pose, body_at=pose)
+        mission_state = mission_state.at(dock_state)
+    own = s.goal.planned if dock.pose is None else mission_state.own_goal
+    *before, record = mission_state.log
     if record.goal is None:
         record = replace(record, goal=pose, dock=pose)
-    return replace(agenda, berth=replace(berth, pose=pose), own_goal=own, log=(*before, record))
+    return replace(
+        mission_state, dock_state=replace(dock_state, pose=pose), own_goal=own, log=(*before, record)
+    )
 
 
 def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:

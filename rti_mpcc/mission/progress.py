@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rti_mpcc.config import MissionSettings
 from rti_mpcc.mission.start import order_to_undock
 from rti_mpcc.orders import Order, Stand
-from rti_mpcc.planning.agenda import Agenda, Due
+from rti_mpcc.planning.mission_state import MissionState, PendingStep
 from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status
 
@@ -30,13 +30,13 @@ UNDECIDED = (Status.PLANNING, Status.STARTING)
 class StepOutcome(NamedTuple):
     """Result of a step, and why, or ""; the agenda with what was noted of it."""
 
-    agenda: Agenda
+    mission_state: MissionState
     result: MissionResult
     reason: str = ""
 
 
 def judge_step(
-    agenda: Agenda, command: Command, signal: bool, now: float, settings: MissionSettings
+    mission_state: MissionState, command: Command, signal: bool, now: float, settings: MissionSettings
 ) -> StepOutcome:
     """The outcome of the step that is under way.
 
@@ -44,45 +44,45 @@ def judge_step(
         command: of this cycle; signal: whether `until` of the step says that it is over.
         now: on the controller's own clock [s].
     """
-    step, started = agenda.step, agenda.begun
+    step, started = mission_state.step, mission_state.started
     assert step is not None
     assert started is not None
     if isinstance(step, Wait):
         if signal or (step.seconds is not None and now - started >= step.seconds):
-            return StepOutcome(agenda, MissionResult.SUCCEEDED)
+            return StepOutcome(mission_state, MissionResult.SUCCEEDED)
     else:
-        agenda = _noted(agenda, command, now)
+        mission_state = _noted(mission_state, command, now)
         if isinstance(step, Straight) and signal:
-            return StepOutcome(agenda, MissionResult.SUCCEEDED, "ended by its signal")
-        if agenda.docked_since is not None and now - agenda.docked_since >= settings.settled:
-            return StepOutcome(agenda, MissionResult.SUCCEEDED)
+            return StepOutcome(mission_state, MissionResult.SUCCEEDED, "ended by its signal")
+        if mission_state.docked_since is not None and now - mission_state.docked_since >= settings.settled:
+            return StepOutcome(mission_state, MissionResult.SUCCEEDED)
         reason = command.diagnostics.reason
-        if command.diagnostics.cause is Reason.NO_WAY and len(agenda.ways_out) > 1:
-            return StepOutcome(agenda, MissionResult.NOT_REACHED, reason)
-        if agenda.trouble is not None and now - agenda.trouble_since >= step.patience:
-            return StepOutcome(agenda, agenda.trouble, reason)
+        if command.diagnostics.cause is Reason.NO_ROUTE and len(mission_state.undock_candidates) > 1:
+            return StepOutcome(mission_state, MissionResult.NOT_REACHED, reason)
+        if mission_state.trouble is not None and now - mission_state.trouble_since >= step.patience:
+            return StepOutcome(mission_state, mission_state.trouble, reason)
     if now - started >= step.timeout:
-        return StepOutcome(agenda, MissionResult.TIMED_OUT, f"not over after {step.timeout:g} s")
-    return StepOutcome(agenda, MissionResult.RUNNING)
+        return StepOutcome(mission_state, MissionResult.TIMED_OUT, f"not over after {step.timeout:g} s")
+    return StepOutcome(mission_state, MissionResult.RUNNING)
 
 
-def _noted(agenda: Agenda, command: Command, now: float) -> Agenda:
+def _noted(mission_state: MissionState, command: Command, now: float) -> MissionState:
     """With the time since which the vehicle stands at the end of the step, or makes no progress."""
-    since = agenda.docked_since if agenda.docked_since is not None else now
-    agenda = replace(agenda, docked_since=since if command.docked else None)
+    since = mission_state.docked_since if mission_state.docked_since is not None else now
+    mission_state = replace(mission_state, docked_since=since if command.docked else None)
     trouble = TROUBLE.get(command.status)
     if trouble is not None:
-        since = now if agenda.trouble is None else agenda.trouble_since
-        return replace(agenda, trouble=trouble, trouble_since=since)
+        since = now if mission_state.trouble is None else mission_state.trouble_since
+        return replace(mission_state, trouble=trouble, trouble_since=since)
     if command.status in UNDECIDED and command.diagnostics.cause is not Reason.TURNS_WHEELS:
-        return agenda
-    return replace(agenda, trouble=None)
+        return mission_state
+    return replace(mission_state, trouble=None)
 
 
 class Next(NamedTuple):
     """The agenda after a step has ended, and the order that ends it, or None."""
 
-    agenda: Agenda
+    mission_state: MissionState
     order: Order | None = None
 
 
@@ -98,79 +98,91 @@ def advance_mission(
         back_off: least distance [m] that a vehicle drives out of a dock before it tries again.
     """
     if outcome.result is MissionResult.RUNNING:
-        return Next(outcome.agenda)
-    agenda, step = _closed(outcome, now), outcome.agenda.step
+        return Next(outcome.mission_state)
+    mission_state, step = _closed(outcome, now), outcome.mission_state.step
     if outcome.result is MissionResult.SUCCEEDED:
-        berth = agenda.berth
-        if isinstance(step, Dock) and berth is not None:
-            agenda = replace(agenda, berth=replace(berth, reached=True, came=direction))
+        dock_state = mission_state.dock_state
+        if isinstance(step, Dock) and dock_state is not None:
+            mission_state = replace(
+                mission_state, dock_state=replace(dock_state, reached=True, incoming_direction=direction)
+            )
         elif isinstance(step, Undock):
-            agenda = agenda.at(None)
-        agenda = replace(agenda, due=agenda.due[1:])
-        if not agenda.due and agenda.result is MissionResult.RUNNING:
-            agenda = replace(agenda, result=MissionResult.SUCCEEDED)
-        return Next(agenda, Stand(at_once=True) if isinstance(step, Straight) else None)
+            mission_state = mission_state.at(None)
+        mission_state = replace(mission_state, pending=mission_state.pending[1:])
+        if not mission_state.pending and mission_state.result is MissionResult.RUNNING:
+            mission_state = replace(mission_state, result=MissionResult.SUCCEEDED)
+        return Next(mission_state, Stand(at_once=True) if isinstance(step, Straight) else None)
     unreached = outcome.result in (MissionResult.NOT_REACHED, MissionResult.BLOCKED)
-    if len(outcome.agenda.ways_out) > 1 and unreached:
-        left, log = outcome.agenda.ways_out[1:], outcome.agenda.log
+    if len(outcome.mission_state.undock_candidates) > 1 and unreached:
+        left, log = outcome.mission_state.undock_candidates[1:], outcome.mission_state.log
         record = replace(log[-1], goal=left[0])
-        agenda = replace(outcome.agenda, ways_out=left, trouble=None, log=(*log[:-1], record))
-        return Next(agenda, order_to_undock(left[0]))
-    return Next(_after_failure(agenda, outcome.result, steps, home, back_off), Stand())
+        mission_state = replace(
+            outcome.mission_state, undock_candidates=left, trouble=None, log=(*log[:-1], record)
+        )
+        return Next(mission_state, order_to_undock(left[0]))
+    return Next(_after_failure(mission_state, outcome.result, steps, home, back_off), Stand())
 
 
-def end_mission(agenda: Agenda, result: MissionResult, reason: str, now: float) -> Next:
+def end_mission(mission_state: MissionState, result: MissionResult, reason: str, now: float) -> Next:
     """End it, with all that is left of it: the vehicle stops as soon as possible."""
-    closed = _closed(StepOutcome(agenda, result, reason), now)
-    return Next(replace(closed, due=(), result=result, reason=reason), Stand(at_once=True))
+    closed = _closed(StepOutcome(mission_state, result, reason), now)
+    return Next(replace(closed, pending=(), result=result, reason=reason), Stand(at_once=True))
 
 
 def _after_failure(
-    agenda: Agenda, result: MissionResult, steps: tuple[AnyStep, ...], home: DriveTo | None, back_off: float
-) -> Agenda:
-    due = agenda.due[0]
-    if due.attempt < due.step.retries:
-        return replace(agenda, due=_again(agenda, steps, back_off))
-    if due.step.then == "continue" and len(agenda.due) > 1:
-        return replace(agenda, due=agenda.due[1:])
-    left: tuple[Due, ...] = ()
-    if due.step.then == "home" and home is not None and due.step is not home:
-        left = (Due(step=home, place=due.place),)
+    mission_state: MissionState,
+    result: MissionResult,
+    steps: tuple[AnyStep, ...],
+    home: DriveTo | None,
+    back_off: float,
+) -> MissionState:
+    pending = mission_state.pending[0]
+    if pending.attempt < pending.step.retries:
+        return replace(mission_state, pending=_again(mission_state, steps, back_off))
+    if pending.step.then == "continue" and len(mission_state.pending) > 1:
+        return replace(mission_state, pending=mission_state.pending[1:])
+    left: tuple[PendingStep, ...] = ()
+    if pending.step.then == "home" and home is not None and pending.step is not home:
+        left = (PendingStep(step=home, place=pending.place),)
     return replace(
-        agenda, due=left, result=result if agenda.result is MissionResult.RUNNING else agenda.result
+        mission_state,
+        pending=left,
+        result=result if mission_state.result is MissionResult.RUNNING else mission_state.result,
     )
 
 
-def _again(agenda: Agenda, steps: tuple[AnyStep, ...], back_off: float) -> tuple[Due, ...]:
+def _again(
+    mission_state: MissionState, steps: tuple[AnyStep, ...], back_off: float
+) -> tuple[PendingStep, ...]:
     """The steps that are due if the first one is tried once more; a dock is driven out of first."""
-    due, *later = agenda.due
-    place = due.place if due.step.retry_from is None else due.step.retry_from
-    repeated = [Due(step=steps[k], place=k) for k in range(place, due.place)]
-    again = [*repeated, replace(due, attempt=due.attempt + 1)]
-    berth, first = agenda.berth, again[0].step
-    if isinstance(first, Dock) and berth is not None:
-        if berth.place == place:
-            again[0] = replace(again[0], step=replace(first, pose=first.pose or berth.pose))
+    pending, *later = mission_state.pending
+    place = pending.place if pending.step.retry_from is None else pending.step.retry_from
+    repeated = [PendingStep(step=steps[k], place=k) for k in range(place, pending.place)]
+    again = [*repeated, replace(pending, attempt=pending.attempt + 1)]
+    dock_state, first = mission_state.dock_state, again[0].step
+    if isinstance(first, Dock) and dock_state is not None:
+        if dock_state.place == place:
+            again[0] = replace(again[0], step=replace(first, pose=first.pose or dock_state.pose))
         approach = first.approach
-        incoming = berth.came or (0 if approach is None else approach.direction)
-        if incoming and berth.reached:
+        incoming = dock_state.incoming_direction or (0 if approach is None else approach.direction)
+        if incoming and dock_state.reached:
             distance = -incoming * (back_off if approach is None else max(approach.length, back_off))
-            again.insert(0, Due(step=Undock(distance, then="continue"), place=place))
+            again.insert(0, PendingStep(step=Undock(distance, then="continue"), place=place))
     return (*again, *later)
 
 
-def _closed(outcome: StepOutcome, now: float) -> Agenda:
+def _closed(outcome: StepOutcome, now: float) -> MissionState:
     """With the record of the step that has ended, and nothing else of it."""
-    agenda = outcome.agenda
-    if agenda.begun is None:
-        return agenda
-    record = replace(agenda.log[-1], end=now, result=outcome.result, reason=outcome.reason)
+    mission_state = outcome.mission_state
+    if mission_state.started is None:
+        return mission_state
+    record = replace(mission_state.log[-1], end=now, result=outcome.result, reason=outcome.reason)
     return replace(
-        agenda,
-        begun=None,
+        mission_state,
+        started=None,
         docked_since=None,
         trouble=None,
-        ways_out=(),
+        undock_candidates=(),
         reason=outcome.reason,
-        log=(*agenda.log[:-1], record),
+        log=(*mission_state.log[:-1], record),
     )

@@ -14,10 +14,10 @@ from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.straight import SPACING, straight_order
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.orders import GoOn, GoTo, Order, Stand
-from rti_mpcc.planning import ways
-from rti_mpcc.planning.agenda import Agenda, Berth, StepRecord
+from rti_mpcc.orders import GoTo, Order, Resume, Stand
+from rti_mpcc.planning import route_start
 from rti_mpcc.planning.goals import GoalTerms, Outline
+from rti_mpcc.planning.mission_state import DockState, MissionState, StepRecord
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.route_planner.arcs import merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
@@ -36,19 +36,21 @@ class Started(NamedTuple):
     """The start of a step.
 
     Attributes:
-        agenda: afterwards; order: for the controller, None: it continues.
+        mission_state: afterwards; order: for the controller, None: it continues.
         goal: pose that the step is to end in, or None; dock: that this is known by, or None.
         problem: why it cannot be started, or "".
     """
 
-    agenda: Agenda
+    mission_state: MissionState
     order: Order | None = None
     goal: Pose2 | None = None
     dock: Pose2 | None = None
     problem: str = ""
 
 
-def start_step(agenda: Agenda, s: ControllerState, config: ControllerConfig, area: Area | None) -> Started:
+def start_step(
+    mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
+) -> Started:
     """Start the step that is due; one that has to start at rest once the vehicle stands.
 
     If it does not come to rest in the step's time, or patience, the step cannot be started.
@@ -56,56 +58,58 @@ def start_step(agenda: Agenda, s: ControllerState, config: ControllerConfig, are
     Args:
         area: all that is solid, as far as it is known; None: the controller plans no routes.
     """
-    due = agenda.due[0]
-    from_rest = isinstance(due.step, Straight | Undock)
+    pending = mission_state.pending[0]
+    from_rest = isinstance(pending.step, Straight | Undock)
     if from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
-        since = s.now if agenda.stopping_since is None else agenda.stopping_since
-        agenda = replace(agenda, stopping_since=since)
-        if s.now - since < min(due.step.timeout, due.step.patience):
-            return Started(agenda, None if s.task.phase is Phase.WAITING else Stand())
-        started = Started(agenda, Stand(), problem="the vehicle does not come to rest")
+        since = s.now if mission_state.stopping_since is None else mission_state.stopping_since
+        mission_state = replace(mission_state, stopping_since=since)
+        if s.now - since < min(pending.step.timeout, pending.step.patience):
+            return Started(mission_state, None if s.task.phase is Phase.WAITING else Stand())
+        started = Started(mission_state, Stand(), problem="the vehicle does not come to rest")
     else:
-        started = _started(agenda, s, config, area)
+        started = _started(mission_state, s, config, area)
     record = StepRecord(
-        kind=due.step.word, place=due.place, attempt=due.attempt, begin=s.now, goal=started.goal,
+        kind=pending.step.word, place=pending.place, attempt=pending.attempt, begin=s.now, goal=started.goal,
         dock=started.dock,
     )  # fmt: skip
-    agenda = replace(
-        started.agenda,
-        begun=s.now,
+    mission_state = replace(
+        started.mission_state,
+        started=s.now,
         stopping_since=None,
         docked_since=None,
         trouble=None,
         reason="",
-        log=(*agenda.log, record),
+        log=(*mission_state.log, record),
     )
-    return started._replace(agenda=agenda)
+    return started._replace(mission_state=mission_state)
 
 
-def _started(agenda: Agenda, s: ControllerState, config: ControllerConfig, area: Area | None) -> Started:
-    step, berth = agenda.due[0].step, agenda.berth
+def _started(
+    mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
+) -> Started:
+    step, dock_state = mission_state.pending[0].step, mission_state.dock_state
     match step:
         case Dock():
-            return _start_docking(step, agenda, s, config, area)
+            return _start_docking(step, mission_state, s, config, area)
         case Wait():
-            return Started(agenda, Stand())
+            return Started(mission_state, Stand())
         case Straight():
-            axis = berth.pose if berth is not None and berth.reached else None
-            order, problem = straight_order(step, axis, ways.here(s, config), area, config)
+            axis = dock_state.pose if dock_state is not None and dock_state.reached else None
+            order, problem = straight_order(step, axis, route_start.here(s, config), area, config)
             if order is None:
-                return Started(agenda, Stand(), problem=problem)
-            if berth is not None and berth.reached:
-                agenda = replace(agenda, berth=replace(berth, joined=True))
-            return Started(agenda, order, order.manoeuvre.goal, axis)
+                return Started(mission_state, Stand(), problem=problem)
+            if dock_state is not None and dock_state.reached:
+                mission_state = replace(mission_state, dock_state=replace(dock_state, joined=True))
+            return Started(mission_state, order, order.manoeuvre.goal, axis)
         case Undock():
-            here = ways.here(s, config)
+            here = route_start.here(s, config)
             ends = () if area is None else undock_ends(here, step.distance, area, config)
             if not ends:
-                return Started(agenda, Stand(), problem="no end of a route out of here is clear")
-            return Started(replace(agenda, ways_out=ends), order_to_undock(ends[0]), ends[0])
+                return Started(mission_state, Stand(), problem="no end of a route out of here is clear")
+            return Started(replace(mission_state, undock_candidates=ends), order_to_undock(ends[0]), ends[0])
         case DriveTo():
             terms = GoalTerms(tolerance=step.tolerance, detected=False)
-            return Started(agenda.at(None), GoTo(goal=step.pose, terms=terms), step.pose)
+            return Started(mission_state.at(None), GoTo(goal=step.pose, terms=terms), step.pose)
     assert_never(step)
 
 
@@ -115,25 +119,34 @@ def order_to_undock(end: Pose2) -> GoTo:
 
 
 def _start_docking(
-    step: Dock, agenda: Agenda, s: ControllerState, config: ControllerConfig, area: Area | None
+    step: Dock, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
 ) -> Started:
-    own = step.pose is None and agenda.own_goal == s.goal.planned  # that of its path, or given on the way
+    own = (
+        step.pose is None and mission_state.own_goal == s.goal.planned
+    )  # that of its path, or given on the way
     if own or area is None:
-        goal = s.goal_pose or (None if s.on_planned_way else s.path.end)
-        order = GoOn() if s.task.phase is Phase.WAITING else None
-        return Started(agenda.at(None), order, goal, goal)
-    goal = step.pose or agenda.told or agenda.own_goal or (None if s.route is None else s.route.end)
+        goal = s.goal_pose or (None if s.on_planned_route else s.path.end)
+        order = Resume() if s.task.phase is Phase.WAITING else None
+        return Started(mission_state.at(None), order, goal, goal)
+    goal = (
+        step.pose
+        or mission_state.unused_goal
+        or mission_state.own_goal
+        or (None if s.route is None else s.route.end)
+    )
     if goal is None:
-        return Started(agenda, Stand(), problem="no goal was given")
-    agenda = agenda.at(Berth(dock=step, place=agenda.due[0].place, pose=goal, body_at=goal))
+        return Started(mission_state, Stand(), problem="no goal was given")
+    mission_state = mission_state.at(
+        DockState(dock=step, place=mission_state.pending[0].place, pose=goal, body_at=goal)
+    )
     terms = GoalTerms(
         tolerance=step.tolerance,
         detected=None if step.kind is None else step.kind is not DockKind.KNOWN,
         approach=None if step.approach is None else (step.approach.length, step.approach.direction),
         uncertainty=step.uncertainty,
-        keep_out=_keep_out(step, ways.here(s, config), config),
+        keep_out=_keep_out(step, route_start.here(s, config), config),
     )
-    return Started(agenda, GoTo(goal=goal, terms=terms), goal, goal)
+    return Started(mission_state, GoTo(goal=goal, terms=terms), goal, goal)
 
 
 def _keep_out(step: Dock, here: Pose2, config: ControllerConfig) -> tuple[Outline, ...]:

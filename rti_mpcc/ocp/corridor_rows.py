@@ -25,7 +25,7 @@ import numpy as np
 from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
-from rti_mpcc.ocp.room import between
+from rti_mpcc.ocp.side_clearance import between
 from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.types import Array
 

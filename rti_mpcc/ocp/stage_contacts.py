@@ -17,7 +17,7 @@ from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.ocp.room import OUTWARD
+from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.types import Trajectory
 
 NEAR = 1.0

@@ -37,7 +37,7 @@ def compare_actuators(
     (drive, steering), present, now = s.vehicle.records, s.vehicle.actuators, monitor.at
     if not config.disturbance.enabled or monitor.measured is None:
         return s.vehicle.records, present
-    if not s.sent or monitor.found or monitor.why or now - s.now > config.longest_cycle:
+    if not s.sent or monitor.relocalised or monitor.doubt or now - s.now > config.longest_cycle:
         # Of this time it is not known what was driven.
         return (drive.restarted(), steering.restarted()), present
     driven, turned = going_out(s.sent, present, config.cycle)
@@ -72,7 +72,7 @@ def correct_actuators(
     # The motion of the last moments was told by other commands.
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.now))
-    return s, monitor.commanded_anew(lambda begin, end: mean_rates(acted, begin, end)), remark
+    return s, monitor.with_commands(lambda begin, end: mean_rates(acted, begin, end)), remark
 
 
 def _remarks(before: VehicleEstimate, records: Records, found: Actuators) -> list[str]:

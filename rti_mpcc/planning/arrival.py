@@ -10,8 +10,8 @@ in acceleration at
 
 (T2)  D = 4 v² / (3 a).
 
-Where its peak is above one comfortable speed, `rti_mpcc.planning.pace`, the arrival of least energy has a
-cubic up to that speed and one down from it. On each of them, V the speed at its vertex,
+Where its peak is above one comfortable speed, `rti_mpcc.planning.speed_profile`, the arrival of least energy
+has a cubic up to that speed and one down from it. On each of them, V the speed at its vertex,
 
 (T3)  |dv/dt| = a sqrt(1 - v / V).
 
@@ -33,7 +33,7 @@ from math import asin, inf, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.pace import Pace
+from rti_mpcc.planning.speed_profile import SpeedProfile
 from rti_mpcc.types import Array
 
 LEAST_TIME = 1.0  # [s] to go, at least: closer in, the plan always ends this far ahead
@@ -95,7 +95,7 @@ def time_to_go(
         return least
     if highest is None or float(highest.min()) >= peak:
         return free + ramp
-    paced = _paced(distance, speed, a, np.minimum(highest, peak), brisk)[0]
+    paced = _profiled(distance, speed, a, np.minimum(highest, peak), brisk)[0]
     return max(float(paced[-1]), free) + ramp
 
 
@@ -119,7 +119,7 @@ def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, 
     return np.maximum.accumulate(s), np.maximum(rate, 0.0)
 
 
-def paced_motion(
+def profiled_motion(
     elapsed: Array, distance: float, speed: float, comfort: float, highest: Array, *, brisk: bool = False
 ) -> tuple[Array, Array]:
     """`cubic_motion` by (T3), or (T6), stretched to the time that there is: it starts with `speed`."""
@@ -128,12 +128,12 @@ def paced_motion(
     peak = _highest_speed(distance, speed, a)
     if not brisk:
         peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
-    times, speeds = _paced(distance, speed, a, np.minimum(highest, peak), brisk)
+    times, speeds = _profiled(distance, speed, a, np.minimum(highest, peak), brisk)
     slower = float(times[-1]) / float(elapsed[-1])
     at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
-    begun = np.minimum(np.searchsorted(times, at, side="right") - 1, pieces - 1)
-    s = begun * distance / pieces + 0.5 * (speeds[begun] + rate) * (at - times[begun])
+    started = np.minimum(np.searchsorted(times, at, side="right") - 1, pieces - 1)
+    s = started * distance / pieces + 0.5 * (speeds[started] + rate) * (at - times[started])
     return s, rate * slower
 
 
@@ -150,7 +150,9 @@ def _vertex_speed(distance: float, speed: float, duration: float) -> float:
     return speed + 0.5 * first**2 * duration / max(fall, 1e-12)
 
 
-def within_reach(distance: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
+def within_reach(
+    distance: float, speed: float, config: ControllerConfig, profile: SpeedProfile, theta: float
+) -> bool:
     """Whether the planned arrival should start: near enough; and slow, or due by (T2) or distance.
 
     Near is what is reached at the default comfort within the arrival horizon; a gentler arrival takes longer,
@@ -170,7 +172,7 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
     horizon = config.arrival_horizon
     if duration > horizon:
         return False
-    return arrival_time(distance, speed, config, pace.ahead(theta, distance)) <= horizon
+    return arrival_time(distance, speed, config, profile.ahead(theta, distance)) <= horizon
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:
@@ -188,7 +190,7 @@ def _highest_speed(distance: float, speed: float, acceleration: float) -> float:
     return sqrt(acceleration * distance + 0.5 * speed**2)
 
 
-def _paced(
+def _profiled(
     distance: float, speed: float, acceleration: float, bounds: Array, brisk: bool
 ) -> tuple[Array, Array]:
     """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3), or (T6), at the ends of m equal pieces

@@ -39,7 +39,7 @@ class CycleClock:
     """
 
     def __init__(self, deadline: float | None = None) -> None:
-        self._begun = self._asked = perf_counter()
+        self._started = self._asked = perf_counter()
         self._deadline = deadline
         self._longest = 0.0
         self._granted: list[bool] = []
@@ -49,7 +49,7 @@ class CycleClock:
     @property
     def seconds(self) -> float:
         """Since the begin of the cycle [s]."""
-        return perf_counter() - self._begun
+        return perf_counter() - self._started
 
     @property
     def left(self) -> float:

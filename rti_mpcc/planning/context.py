@@ -8,7 +8,7 @@ from math import copysign, hypot
 from geometry import Pose2
 from rti_mpcc.model.layout import POSE, V
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.pace import Pace
+from rti_mpcc.planning.speed_profile import SpeedProfile
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -17,16 +17,16 @@ class PlanningContext:
     """Where the vehicle will be when the command of this cycle starts to act.
 
     Attributes:
-        now, begin: [s]; begin = now + dead time.
-        state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
+        now, start_time: [s]; start_time = now + dead time.
+        state: (6,) at `start_time`, heading on the route's branch, with the steering that acts, see (O4).
         acceleration: that acts until then [m/s²]; measured_speed: estimate at `now` [m/s].
         doubt: why nothing can be planned from this state, or "".
         target: of the segment, or a stop on it; free: it is the segment's own.
-        direction: of the segment; ends_at_goal: whether it ends at the goal; pace: its speed limits.
+        direction: of the segment; ends_at_goal: whether it ends at the goal; profile: its speed limits.
         along: distance to the target along the path [m], negative where that was passed; distance: with the
             distance across, never negative, see `sensing.distance_left`.
         speed: towards the target [m/s].
-        error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
+        error: pose at `start_time` in the target's frame (longitudinal, lateral, heading).
         standing_error: the same, at rest averaged over the last moments.
         stop_error: the same after braking at the comfort acceleration from now on.
         tolerance: (longitudinal, lateral, heading) of the target.
@@ -34,7 +34,7 @@ class PlanningContext:
     """
 
     now: float
-    begin: float
+    start_time: float
     state: Array
     acceleration: float
     measured_speed: float
@@ -46,7 +46,7 @@ class PlanningContext:
     along: float
     distance: float
     speed: float
-    pace: Pace
+    profile: SpeedProfile
     error: Pose2
     standing_error: Pose2
     stop_error: Pose2

@@ -35,14 +35,14 @@ class GoalFit:
 
     Attributes:
         pose: that was checked; problem: why it cannot be the goal, or ""; remark: on one that can, or "".
-        room: clearance of the body there [m], negative in an overlap; inf: not checked.
+        clearance: clearance of the body there [m], negative in an overlap; inf: not checked.
         changes: number of obstacle changes known then.
     """
 
     pose: Pose2
     problem: str = ""
     remark: str = ""
-    room: float = inf
+    clearance: float = inf
     changes: int = 0
 
 
@@ -62,10 +62,12 @@ def checked_goal(
             return GoalFit(pose=goal, problem="a boundary lies between it and the path")
     if problem:
         return GoalFit(pose=goal, problem=_joined(problem, hint))
-    room = _room(goal, path, corridor, vehicle)
-    if room < 0.0:
-        return GoalFit(pose=goal, problem=_joined(f"the body there {_crossing(room)}", hint), room=room)
-    return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room)
+    clearance = _clearance(goal, path, corridor, vehicle)
+    if clearance < 0.0:
+        return GoalFit(
+            pose=goal, problem=_joined(f"the body there {_crossing(clearance)}", hint), clearance=clearance
+        )
+    return GoalFit(pose=goal, remark=_joined(_tight(clearance, margin), hint), clearance=clearance)
 
 
 def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
@@ -94,9 +96,9 @@ def checked_again(
     A new obstacle on a goal that stays does not count: the vehicle waits in front of it. A goal rejected
     because of an obstacle is free again once the obstacle has gone.
     """
-    if last is not None and (last.changes == surroundings.changes or last.room >= 0.0):
+    if last is not None and (last.changes == surroundings.changes or last.clearance >= 0.0):
         least, most = UNMOVED
-        if _moved(last.pose, goal, config.vehicle) <= min(max(abs(last.room), least), most):
+        if _moved(last.pose, goal, config.vehicle) <= min(max(abs(last.clearance), least), most):
             return last
     corridor, margin = surroundings.corridor, config.clearance.wanted
     fit = checked_goal(goal, path, corridor, config.vehicle, margin=margin)
@@ -105,11 +107,11 @@ def checked_again(
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
     """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
-    room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
-    remark = _tight(room, config.clearance.wanted)
-    if room < 0.0:
-        remark = f"the body at the path's end {_crossing(room)}"
-    return GoalFit(pose=path.end, remark=remark, room=room, changes=surroundings.changes)
+    clearance = _clearance(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
+    remark = _tight(clearance, config.clearance.wanted)
+    if clearance < 0.0:
+        remark = f"the body at the path's end {_crossing(clearance)}"
+    return GoalFit(pose=path.end, remark=remark, clearance=clearance, changes=surroundings.changes)
 
 
 def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
@@ -153,20 +155,20 @@ def _in_box(goal: Pose2, area: Area) -> bool:
     return bool(left <= goal.x <= right and bottom <= goal.y <= top)
 
 
-def _room(goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle) -> float:
+def _clearance(goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle) -> float:
     """Clearance [m] of the body at the goal."""
     at = np.array([[goal.x, goal.y, goal.phi]])
     return float(clearances(at, corridor, len(path.parts) - 1, vehicle).min())
 
 
-def _crossing(room: float) -> str:
-    return f"crosses a boundary or obstacle by {-room:.3g} m"
+def _crossing(clearance: float) -> str:
+    return f"crosses a boundary or obstacle by {-clearance:.3g} m"
 
 
-def _tight(room: float, margin: float) -> str:
-    if room >= margin:
+def _tight(clearance: float, margin: float) -> str:
+    if clearance >= margin:
         return ""
-    return f"the goal leaves {room:.2f} m beside the body, less than the margin of {margin:.2f} m"
+    return f"the goal leaves {clearance:.2f} m beside the body, less than the margin of {margin:.2f} m"
 
 
 def _moved(before: Pose2, now: Pose2, vehicle: Vehicle) -> float:

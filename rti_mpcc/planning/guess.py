@@ -15,10 +15,10 @@ from geometry.compiled import Array1, Out2, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.arrival import cubic_motion, paced_motion
-from rti_mpcc.planning.pace import Pace
+from rti_mpcc.planning.arrival import cubic_motion, profiled_motion
+from rti_mpcc.planning.speed_profile import SpeedProfile
 from rti_mpcc.types import Array, Trajectory
 
 FADE_DISTANCE = 12.0  # [m] over which an offset at the start or at the target fades into the path, at least
@@ -34,7 +34,7 @@ def arrival_guess(
     state: Array,
     times: Array,
     distance: float,
-    pace: Pace,
+    profile: SpeedProfile,
     config: ControllerConfig,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
@@ -43,16 +43,22 @@ def arrival_guess(
     s, rate = cubic_motion(elapsed, distance, speed)
     brisk = config.ride == "brisk"
     if brisk or (
-        pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any()
+        profile.side_clearance is not None
+        and (rate > profile.side_clearance.bounds(theta + s, elapsed, speed, config)).any()
     ):
         # The QP would not let it be so fast: the motion that the time was planned with.
-        highest = pace.ahead(theta, distance)
-        s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
+        highest = profile.ahead(theta, distance)
+        s, rate = profiled_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
     return along_path(part, target, state, times, s, rate, config)
 
 
 def cruise_guess(
-    part: PathPart, target: Target, state: Array, times: Array, pace: Pace, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    profile: SpeedProfile,
+    config: ControllerConfig,
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
@@ -63,21 +69,29 @@ def cruise_guess(
         now + change, np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
     )
     s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
-    if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, now, config)).any():
-        s, rate = _slowed(rate, theta, elapsed, now, pace.room, config)
+    if (
+        profile.side_clearance is not None
+        and (rate > profile.side_clearance.bounds(theta + s, elapsed, now, config)).any()
+    ):
+        s, rate = _slowed(rate, theta, elapsed, now, profile.side_clearance, config)
     left = max(target.theta - theta, 0.0)
     rate = np.where(s < left, rate, 0.0)
     return along_path(part, target, state, times, np.minimum(s, left), rate, config)
 
 
 def _slowed(
-    rate: Array, theta: float, elapsed: Array, speed: float, room: Room, config: ControllerConfig
+    rate: Array,
+    theta: float,
+    elapsed: Array,
+    speed: float,
+    side_clearance: SideClearance,
+    config: ControllerConfig,
 ) -> tuple[Array, Array]:
     """Distances (N+1,) [m] and speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort behind it."""
     s, rate = np.zeros_like(rate), rate.copy()
     for k, seconds in enumerate(np.diff(elapsed)):
         stage = theta + s[k] + np.array([0.0, rate[k] * seconds])
-        highest = room.bounds(stage, elapsed[k + 1], speed, config).min()
+        highest = side_clearance.bounds(stage, elapsed[k + 1], speed, config).min()
         rate[k + 1] = min(rate[k + 1], rate[k] + config.comfort_acceleration * seconds, highest)
         s[k + 1] = s[k] + 0.5 * (rate[k] + rate[k + 1]) * seconds
     return s, rate

@@ -19,7 +19,7 @@ from math import hypot, isfinite
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.odometry import AT, Asked, Geometry, Noise, commanded_anew
+from estimation.odometry import AT, CommandedChange, Geometry, Noise, with_commands
 from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
@@ -54,12 +54,12 @@ class StateMonitor:
         state: (6,) the estimate, progress 0; None before the first usable measurement.
         given: (6,) the last measurement; None before the first.
         measured: (6,) the same without the sensors that are left out.
-        reckoned: (6,) dead-reckoned since `given` last changed.
+        dead_reckoned: (6,) dead-reckoned since `given` last changed.
         sensors: what is known of each sensor.
-        why: what is wrong, or ""; since: from when on [s].
+        doubt: what is wrong, or ""; since: from when on [s].
         steering_fault: the steering is doubted, not the measurement.
         agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
-        found: the vehicle was just relocalised.
+        relocalised: the vehicle was just relocalised.
         odd_since: when measurements began to contradict one another [s], or None.
         gap: there was no usable measurement since a time without cycles.
         reset: place and speed changed at once when the doubt began.
@@ -71,42 +71,42 @@ class StateMonitor:
     state: Array | None = None
     given: Array | None = None
     measured: Array | None = None
-    reckoned: Array | None = None
+    dead_reckoned: Array | None = None
     sensors: Sensors = field(default_factory=Sensors)
-    why: str = ""
+    doubt: str = ""
     steering_fault: bool = False
     since: float = 0.0
     agrees_since: float | None = None
-    found: bool = False
+    relocalised: bool = False
     odd_since: float | None = None
     gap: bool = False
     reset: bool = False
     tries: int = 0
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
-    def heeded(self, config: ControllerConfig) -> Array | None:
+    def usable_measurement(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
         contradictory measurements would keep a moving vehicle from braking."""
         if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
         if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= config.plausibility.blind:
             return self.measured
-        heeded = self.measured.copy()
-        heeded[V] = np.nan
-        return heeded
+        usable_measurement = self.measured.copy()
+        usable_measurement[V] = np.nan
+        return usable_measurement
 
-    def commanded_anew(self, rates: Callable[[float, float], tuple[float, float]]) -> StateMonitor:
-        """With commands that turn out to act at other times, see `estimation.odometry.commanded_anew`."""
+    def with_commands(self, rates: Callable[[float, float], tuple[float, float]]) -> StateMonitor:
+        """With commands that turn out to act at other times, see `estimation.odometry.with_commands`."""
         if self.sensors.track is None:
             return self
-        track = commanded_anew(self.sensors.track, rates)
+        track = with_commands(self.sensors.track, rates)
         return replace(self, sensors=replace(self.sensors, track=track))
 
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
-        if not problem or self.why:
+        if not problem or self.doubt:
             return self
-        return replace(self, why=problem, since=last.since if last.why else self.at)
+        return replace(self, doubt=problem, since=last.since if last.doubt else self.at)
 
 
 def validate_measurement(
@@ -122,7 +122,13 @@ def validate_measurement(
     problem = unreadable or _unfit(read, config)
     seconds = now - last.at
     anew = last.gap or seconds > LONGEST_GAP
-    if last.state is None or last.given is None or last.measured is None or last.reckoned is None or anew:
+    if (
+        last.state is None
+        or last.given is None
+        or last.measured is None
+        or last.dead_reckoned is None
+        or anew
+    ):
         return _first(last, read, problem, queue, now, config, disturbance)
 
     rows = as_rows(queue)
@@ -139,29 +145,29 @@ def validate_measurement(
     if alike:
         steered = float(follows[DELTA] - last.measured[DELTA])
         acting = seconds * disturbance.acting(commanded)
-        asked = Asked(gained, steered, float(last.state[DELTA]), acting)
+        asked = CommandedChange(gained, steered, float(last.state[DELTA]), acting)
         sensors = _sensed(last, read, now, asked, config)
     elif not problem:
         sensors = sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
     measured = read if problem else sensors.usable(read, config.vehicle.wheelbase)
-    reckoned = rolled(last.reckoned) if same else measured
-    frozen = _frozen(measured, reckoned) if same else ""
+    dead_reckoned = rolled(last.dead_reckoned) if same else measured
+    frozen = _frozen(measured, dead_reckoned) if same else ""
     jump = "" if problem else _far(measured, expected, seconds, config)
     problem = problem or frozen or sensors.pose or jump or sensors.unsteered
     fault = problem == sensors.unsteered != ""
-    if last.why:
+    if last.doubt:
         follows = expected
     alike = alike or not problem
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
     if frozen or sensors.pose or fault:
-        agrees = agrees and last.tries < TRIES and abs(float(reckoned[V])) <= REST_SPEED
+        agrees = agrees and last.tries < TRIES and abs(float(dead_reckoned[V])) <= REST_SPEED
     if sensors.pose:
         agrees = agrees and sensors.consistent and not sensors.elsewhere
     state, noise = measured, last.noise.broken()
     if problem and not fault:
-        state = _believed(measured, expected, reckoned if frozen else None, alike, config)
-    elif not (problem or last.why or same) and config.vehicle_filter.enabled:
+        state = _dead_reckoned(measured, expected, dead_reckoned if frozen else None, alike, config)
+    elif not (problem or last.doubt or same) and config.vehicle_filter.enabled:
         state, noise = filtered(
             last.noise, measured, follows, expected, seconds, gained, config.max_curvature
         )
@@ -171,15 +177,15 @@ def validate_measurement(
         state=state,
         given=read,
         measured=measured,
-        reckoned=reckoned,
+        dead_reckoned=dead_reckoned,
         sensors=sensors,
-        why=problem,
+        doubt=problem,
         steering_fault=fault,
-        since=last.since if problem and last.why else now,
+        since=last.since if problem and last.doubt else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
-        found=False,
+        relocalised=False,
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
-        reset=problem != "" and (last.reset if last.why else jump != "" and rests and leapt),
+        reset=problem != "" and (last.reset if last.doubt else jump != "" and rests and leapt),
         tries=0 if sensors.moved > PROVEN else last.tries,
         noise=noise,
     )
@@ -196,16 +202,18 @@ def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
     return replace(
         monitor,
         state=measured,
-        reckoned=measured,
+        dead_reckoned=measured,
         sensors=sensors,
-        why="",
+        doubt="",
         steering_fault=False,
-        found=True,
+        relocalised=True,
         tries=monitor.tries + limited,
     )
 
 
-def _sensed(last: StateMonitor, read: Array, now: float, asked: Asked, config: ControllerConfig) -> Sensors:
+def _sensed(
+    last: StateMonitor, read: Array, now: float, asked: CommandedChange, config: ControllerConfig
+) -> Sensors:
     """The sensors, compared once more; anew where no time passed."""
     sensors, state = last.sensors, last.state
     assert state is not None
@@ -228,17 +236,17 @@ def _first(
 ) -> StateMonitor:
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
-        found, noise = last.state is not None, last.noise.broken()
+        relocalised, noise = last.state is not None, last.noise.broken()
         return StateMonitor(
             at=now,
             state=measured,
             given=measured,
             measured=measured,
-            reckoned=measured,
+            dead_reckoned=measured,
             sensors=replace(last.sensors, elsewhere=False).trusted(
                 now, measured, float(measured[V]), float(measured[DELTA])
             ),
-            found=found,
+            relocalised=relocalised,
             noise=noise,
         )
     state = last.state
@@ -251,12 +259,12 @@ def _first(
         state=state,
         given=measured,
         measured=measured,
-        why=problem,
+        doubt=problem,
         steering_fault=False,
-        since=last.since if last.why else now,
+        since=last.since if last.doubt else now,
         agrees_since=None,
         odd_since=now if last.odd_since is None else last.odd_since,
-        found=False,
+        relocalised=False,
         gap=state is not None,
     )
 
@@ -308,10 +316,10 @@ def _unfit(state: Array, config: ControllerConfig) -> str:
     return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {given}"
 
 
-def _frozen(measured: Array, reckoned: Array) -> str:
+def _frozen(measured: Array, dead_reckoned: Array) -> str:
     """Why this measurement must be an old one, or ""."""
-    distance = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
-    if distance <= FROZEN_DISTANCE and abs(float(measured[V] - reckoned[V])) <= FROZEN_SPEED:
+    distance = hypot(measured[X] - dead_reckoned[X], measured[Y] - dead_reckoned[Y])
+    if distance <= FROZEN_DISTANCE and abs(float(measured[V] - dead_reckoned[V])) <= FROZEN_SPEED:
         return ""
     return f"the measured state does not change, but by its commands the vehicle has moved {distance:.2f} m"
 
@@ -332,7 +340,7 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
 
-def _believed(
+def _dead_reckoned(
     measured: Array, expected: Array, frozen: Array | None, alike: bool, config: ControllerConfig
 ) -> Array:
     """The state (6,) to go by after a doubted measurement: of it only what can be true."""

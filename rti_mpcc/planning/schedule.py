@@ -13,7 +13,7 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, A, V
 from rti_mpcc.ocp.objectives import HorizonObjective
 from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time, time_along, within_reach
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.pace import FLAT
+from rti_mpcc.planning.speed_profile import FLAT
 from rti_mpcc.planning.standstill import moving_speed
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase
 from rti_mpcc.types import Trajectory
@@ -36,19 +36,19 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
     A suspended search is resumed unless the target has moved; if its arrival has become far too short, it
     gets the time that it takes.
     """
-    begun, pose = s.plans.suspended, context.target.pose
-    if begun is not None and apart(begun.target.pose, pose) <= TARGET_MOVED:
-        arrival = begun.arrival
+    started, pose = s.plans.suspended, context.target.pose
+    if started is not None and apart(started.target.pose, pose) <= TARGET_MOVED:
+        arrival = started.arrival
         if arrival is not None:
             at, duration = arrival.at, _duration(context, config)
-            if at - context.begin < KEPT_SHARE * duration:
-                at = context.begin + duration
+            if at - context.start_time < KEPT_SHARE * duration:
+                at = context.start_time + duration
             arrival = replace(arrival, at=at, timed_for=pose, overdue_since=None)
         return replace(s, task=replace(s.task, arrival=arrival))
     s = s.suspending(None)
     if not arrives(s, context, config):
         return replace(s, task=replace(s.task, arrival=None))
-    arrival = Arrival(at=context.begin + _duration(context, config), timed_for=pose)
+    arrival = Arrival(at=context.start_time + _duration(context, config), timed_for=pose)
     return replace(s, task=replace(s.task, arrival=arrival))
 
 
@@ -61,11 +61,11 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     if s.task.phase is not Phase.ARRIVING:
         return s
     assert arrival is not None
-    begin, pose = context.begin, context.target.pose
+    begin, pose = context.start_time, context.target.pose
     moved = apart(arrival.timed_for, pose) > TARGET_MOVED
     lost = bool(s.queue) and begin - s.queue[-1].begins > config.longest_cycle
     lost = lost or _held_up(s, context, config)
-    if moved or lost or s.task.halt is not None:
+    if moved or lost or s.task.yielding is not None:
         due = begin + _duration(context, config)
         at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
@@ -87,7 +87,7 @@ def calmed(s: ControllerState, context: PlanningContext, config: ControllerConfi
     arrival = s.task.arrival
     if arrival is None or arrival.calm or config.ride != "brisk":
         return s
-    at = max(arrival.at, context.begin + _duration(context, config, calm=True))
+    at = max(arrival.at, context.start_time + _duration(context, config, calm=True))
     return replace(s, task=replace(s.task, arrival=replace(arrival, at=at, calm=True)))
 
 
@@ -109,14 +109,14 @@ def _held_up(s: ControllerState, context: PlanningContext, config: ControllerCon
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
-    soon = int(np.searchsorted(plan.times, context.begin + SOON))
+    soon = int(np.searchsorted(plan.times, context.start_time + SOON))
     drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > moving_speed(config)
     return drives and context.distance > LATE_REACH
 
 
 def longest_arrival(context: PlanningContext, config: ControllerConfig) -> float:
     """Time [s] that an arrival may take: twice that from rest, at the lowest pace of the segment."""
-    distance, lowest = context.distance, float(context.pace.speed.min())
+    distance, lowest = context.distance, float(context.profile.speed.min())
     return 2.0 * (arrival_time(distance, 0.0, config) + distance / lowest)
 
 
@@ -130,13 +130,13 @@ def arrives(s: ControllerState, context: PlanningContext, config: ControllerConf
     if not (config.arrival and s.task.segment.objective.arrives):
         return False
     theta = float(context.state[THETA])
-    return within_reach(context.distance, context.speed, config, context.pace, theta)
+    return within_reach(context.distance, context.speed, config, context.profile, theta)
 
 
 def _duration(context: PlanningContext, config: ControllerConfig, *, calm: bool = False) -> float:
     """What the arrival takes from here [s]; calm: that of a smooth ride."""
     distance = context.distance
-    highest = context.pace.ahead(float(context.state[THETA]), distance)
+    highest = context.profile.ahead(float(context.state[THETA]), distance)
     return arrival_time(distance, context.speed, config, highest, calm=calm)
 
 
@@ -148,11 +148,11 @@ def _followed(
     distance = context.distance
     if plan is None or distance <= LATE_REACH:
         return at
-    highest = float(context.pace.at(context.state[THETA]))
+    highest = float(context.profile.at(context.state[THETA]))
     usual = min(distance / arrival_time(distance, context.speed, config), highest)
     if context.speed < KEPT_SHARE * usual:
         return at
-    change = _change(at - context.begin, plan, context, config)
+    change = _change(at - context.start_time, plan, context, config)
     return at + config.cycle * min(max(change, -CATCHING_UP), 1.0)
 
 

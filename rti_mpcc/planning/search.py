@@ -113,7 +113,7 @@ class InitialIterate:
     unsolved: int = 1
 
 
-def going_on(solution: Solution | None) -> InitialIterate:
+def from_last(solution: Solution | None) -> InitialIterate:
     """One iteration a cycle, more while there is a problem. The damping of a first guess fades."""
     damping = DAMPING if solution is None else max(DAMPING, DAMPING_SHARE * solution.damping)
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
@@ -121,7 +121,7 @@ def going_on(solution: Solution | None) -> InitialIterate:
 
 def clean(plan: Trajectory) -> InitialIterate:
     """Again from the last valid plan, with nothing kept of the solver's results since."""
-    return replace(going_on(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
+    return replace(from_last(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> InitialIterate:
@@ -141,20 +141,20 @@ def from_guess(guess: Trajectory) -> InitialIterate:
 
 def further(attempt: SqpResult) -> InitialIterate:
     """As many iterations again, for a plan that has not converged far ahead."""
-    begun = from_guess(attempt.plan)
-    return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
+    started = from_guess(attempt.plan)
+    return replace(started, last=attempt.solved, guess=None, least=started.most, settled=0.0)
 
 
 def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     """The first plan of an objective, resumed; `guess`: for a search without a solution."""
-    begun, done = from_guess(guess), search.iterations
+    started, done = from_guess(guess), search.iterations
     return replace(
-        begun,
+        started,
         last=search.solution,
         guess=guess if search.solution is None else None,
         iterate=search.iterate,
-        least=max(begun.least - done, 1),
-        most=max(begun.most - done, 1),
+        least=max(started.least - done, 1),
+        most=max(started.most - done, 1),
     )
 
 
@@ -213,7 +213,7 @@ def _iterate(
 ) -> Solution:
     """One real-time iteration."""
     mpcc.prepare(
-        context.begin,
+        context.start_time,
         target=context.target,
         last=start.last,
         plan=start.guess,
@@ -226,7 +226,7 @@ def _iterate(
         first=s.plans.driven is None,
     )
     solution = mpcc.feedback(
-        context.state, context.begin, ends=clock.ends(), iterate=start.iterate, patience=start.patience
+        context.state, context.start_time, ends=clock.ends(), iterate=start.iterate, patience=start.patience
     )
     clock.took(solution.stopped)
     return solution
@@ -257,11 +257,11 @@ def suspended(
 def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
-    horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
-    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
+    horizon = config.cruise_horizon if arrival is None else arrival.at - context.start_time
+    times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
-        return cruise_guess(part, target, context.state, times, context.pace, config)
-    return arrival_guess(part, target, context.state, times, context.distance, context.pace, config)
+        return cruise_guess(part, target, context.state, times, context.profile, config)
+    return arrival_guess(part, target, context.state, times, context.distance, context.profile, config)
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:

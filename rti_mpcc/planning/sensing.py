@@ -18,16 +18,16 @@ from rti_mpcc.model.delay import mean_rates
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning import ways
+from rti_mpcc.planning import route_start
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.plausibility import StateMonitor, by_commands
+from rti_mpcc.planning.speed_profile import SpeedProfile
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
 OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
 MEAN_TIME = 1.0  # [s] over which the pose of a docked vehicle is averaged
-OFFSET_TOLD = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
+OFFSET_REPORTED = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
 PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
@@ -38,7 +38,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + s.vehicle.dead_time, config)
-    _place_on_route(start, s.begin, part)
+    _place_on_route(start, s.start_state, part)
     return start
 
 
@@ -54,7 +54,7 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
 
 
 def context_of(
-    s: ControllerState, reached: Array, pace: Pace, target: Target, config: ControllerConfig
+    s: ControllerState, reached: Array, profile: SpeedProfile, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
     monitor, now, task = s.vehicle.monitor, s.now, s.task
@@ -63,18 +63,18 @@ def context_of(
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     along, distance = distance_left(here, theta, on_path, part, target)
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
-    begin = now + s.vehicle.dead_time
-    acting = s.sent[-1].acting(begin, s.vehicle.actuators)[0] if s.sent else None
-    stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
+    start = now + s.vehicle.dead_time
+    acting = s.sent[-1].acting(start, s.vehicle.actuators)[0] if s.sent else None
+    stands = route_start.here(s, config) if s.is_stationary and monitor.state is not None else here
     if s.task.hold is not None and s.task.hold.docked is not None:
         stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here
     return PlanningContext(
         now=now,
-        begin=begin,
+        start_time=start,
         state=reached,
         acceleration=0.0 if acting is None else s.vehicle.disturbance.acting(acting),
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
-        doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
+        doubt=monitor.doubt or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,
         ends_at_goal=task.end is SegmentEnd.GOAL,
@@ -82,7 +82,7 @@ def context_of(
         along=along,
         distance=distance,
         speed=max(part.direction * v, 0.0),
-        pace=pace,
+        profile=profile,
         error=error,
         standing_error=error if stands is here else stands.relative_to(target.pose),
         stop_error=_stopped(state, config).relative_to(target.pose),
@@ -139,7 +139,7 @@ def learnt(
     if monitor.measured is None or not config.disturbance.enabled:
         return s.vehicle.offsets
     before = s.vehicle.offsets or first_estimate(config.disturbance)
-    if monitor.found or (monitor.why and not _moves_as_measured(monitor)):
+    if monitor.relocalised or (monitor.doubt and not _moves_as_measured(monitor)):
         return unseated(before)
     if s.task.hold is not None:
         return s.vehicle.offsets  # (H1) balances what acts
@@ -155,7 +155,7 @@ def learnt(
 def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
     """What is said of sensors that the estimate does without, or corrects."""
     offset = 0.0 if known is None else known.steering
-    told = known is not None and abs(offset) > OFFSET_TOLD + 2.0 * known.stds[1]
+    told = known is not None and abs(offset) > OFFSET_REPORTED + 2.0 * known.stds[1]
     beside = f"steering sensor is {-offset:+.2f} rad off: it is corrected" if told else ""
     return (*monitor.sensors.remarks, beside)
 
@@ -173,4 +173,4 @@ def _moves_as_measured(monitor: StateMonitor) -> bool:
         return False
     if monitor.sensors.pose:
         return False
-    return monitor.reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())
+    return monitor.dead_reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())

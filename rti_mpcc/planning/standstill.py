@@ -85,7 +85,7 @@ class AxisMotion:
         `queue`, `disturbance`: as known in the last cycle.
         """
         state, now = monitor.state, monitor.at
-        if state is None or monitor.why:
+        if state is None or monitor.doubt:
             return AxisMotion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
         measured = speed if monitor.measured is None else float(monitor.measured[V])
@@ -94,7 +94,7 @@ class AxisMotion:
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
-        if last is None or monitor.found or not 0.0 < now - last.at <= LARGEST_STEP:
+        if last is None or monitor.relocalised or not 0.0 < now - last.at <= LARGEST_STEP:
             first = AxisReading(now, speed=speed, measured=measured)
             return AxisMotion(moments=(first,), pose=pose, noise=noise)
         heading = 0.5 * (pose[2] + self.pose[2])

@@ -18,8 +18,8 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import NO_TERMS, GoalFit, GoalTerms
+from rti_mpcc.planning.mission_state import MissionState
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.standstill import AxisMotion
 from rti_mpcc.planning.surroundings import Surroundings
@@ -43,16 +43,17 @@ DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Halt:
+class Yielding:
     """A vehicle that brakes, or stands, as its plan is not clear.
 
     Attributes:
         clear_since: since when its plan is clear [s], or None.
-        met: what its plan met last, and where, or ""; no_time: why there was no time for another plan, or "".
+        obstacle: what its plan met last, and where, or "".
+        no_time: why there was no time for another plan, or "".
     """
 
     clear_since: float | None = None
-    met: str = ""
+    obstacle: str = ""
     no_time: str = ""
 
 
@@ -97,12 +98,12 @@ class PlannedStop:
 
     Attributes:
         at: progress [m]; tolerance: there (longitudinal [m], lateral [m], heading [rad]).
-        met: what blocks the route, and where, for the reasons of commands.
+        obstacle: what blocks the route, and where, for the reasons of commands.
     """
 
     at: float
     tolerance: tuple[float, float, float]
-    met: str
+    obstacle: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,7 +202,7 @@ class GoalState:
         origin: of the planned goal; refusal: why the given goal was rejected, or "".
         pose: the setpoint: `planned`, or by detections; None for the path's last pose.
         estimate: by detections, or None; estimated_at: when [s]; estimate_fit: its check, or None.
-        followed: the last detected goal that passed its check, or None.
+        detected: the last detected goal that passed its check, or None.
         undetected: why the last detection was rejected, while none was accepted, or "".
         waiting: the vehicle stops, or stands, before a goal that is not known well enough.
         terms: of the goal, in place of the settings.
@@ -218,7 +219,7 @@ class GoalState:
     estimate: GoalEstimate | None = None
     estimated_at: float | None = None
     estimate_fit: GoalFit | None = None
-    followed: Pose2 | None = None
+    detected: Pose2 | None = None
     undetected: str = ""
     waiting: bool = False
     terms: GoalTerms = NO_TERMS
@@ -226,7 +227,7 @@ class GoalState:
     @property
     def accepted(self) -> bool:
         """Whether a given or detected goal was accepted."""
-        return self.origin is GoalOrigin.GIVEN or self.followed is not None
+        return self.origin is GoalOrigin.GIVEN or self.detected is not None
 
     @property
     def rejected(self) -> bool:
@@ -244,9 +245,9 @@ class Task:
         stop: in front of what blocks the segment; None where it is clear.
         arrival: the planned one, or None while contouring.
         successor: the objective that has taken over from the segment's own, or None.
-        halt: while the vehicle halts in front of something, or None.
-        latched: why the vehicle was stopped, until a plan is driven again, or "".
-        looked_at: when the last search for a first plan, or for an arrival, failed [s], or None.
+        yielding: while the vehicle halts in front of something, or None.
+        stop_reason: why the vehicle was stopped, until a plan is driven again, or "".
+        last_attempt: when the last search for a first plan, or for an arrival, failed [s], or None.
         stalled_at: target pose, and number of obstacle changes, of the last stall, or None.
         hold: while the vehicle is held at its dock, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
@@ -260,9 +261,9 @@ class Task:
     stop: PlannedStop | None = None
     arrival: Arrival | None = None
     successor: HorizonObjective | None = None
-    halt: Halt | None = None
-    latched: str = ""
-    looked_at: float | None = None
+    yielding: Yielding | None = None
+    stop_reason: str = ""
+    last_attempt: float | None = None
     stalled_at: tuple[Pose2, int] | None = None
     hold: Hold | None = None
     outside_since: float | None = None
@@ -327,23 +328,24 @@ class RouteState:
     Attributes:
         end: of the given path, the goal while there is no other one; None in an area.
         manoeuvre: the last one that was planned, found or not; None before the first one.
-        why: why it replans, or ""; wanted: why the search for a first plan asks for another route, or "".
+        replan_reason: why it replans, or "".
+        request: why the search for a first plan asks for another route, or "".
         since: when the present route was started, or the last search [s].
         changes: number of obstacle changes known to the last search.
-        ways: number of routes started, a given path included; seconds: time of all searches.
-        rehearsed: goal whose reachability was checked last, or None.
+        routes: number of routes started, a given path included; seconds: time of all searches.
+        goal_checked: goal whose reachability was checked last, or None.
         fixed: the present route is not replaced, a straight move say.
     """
 
     end: Pose2 | None = None
     manoeuvre: Manoeuvre | None = None
-    why: str = ""
-    wanted: str = ""
+    replan_reason: str = ""
+    request: str = ""
     since: float = 0.0
     changes: int = 0
-    ways: int = 0
+    routes: int = 0
     seconds: float = 0.0
-    rehearsed: Pose2 | None = None
+    goal_checked: Pose2 | None = None
     fixed: bool = False
 
 
@@ -355,8 +357,8 @@ class ControllerState:
         path: the route of the task's segments; route: of route planning, None where it never replans.
         area: the free space, with the obstacles that were given last.
         queue: commands that do not act yet, as they will act; sent: the last ones, as they were sent.
-        begin: state (6,) in which the last command starts to act, or None at the start of a segment.
-        agenda: of the mission, or None.
+        start_state: state (6,) in which the last command starts to act, or None at the start of a segment.
+        mission_state: of the mission, or None.
     """
 
     clock: ClockState = ClockState()
@@ -369,8 +371,8 @@ class ControllerState:
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
     sent: tuple[Actuation, ...] = ()
-    begin: Array | None = None
-    agenda: Agenda | None = None
+    start_state: Array | None = None
+    mission_state: MissionState | None = None
 
     @property
     def now(self) -> float:
@@ -378,12 +380,12 @@ class ControllerState:
         return self.clock.time or 0.0
 
     @property
-    def on_planned_way(self) -> bool:
+    def on_planned_route(self) -> bool:
         """Whether the route was planned in an area, not given with a corridor."""
         return self.area.corridor.area is not None
 
     @property
-    def on_a_way(self) -> bool:
+    def has_route(self) -> bool:
         """Whether there is a route that it drives or has stopped on."""
         return self.task.segment.end is not SegmentEnd.STOP
 
@@ -397,10 +399,10 @@ class ControllerState:
     @property
     def goal_setpoint(self) -> GoalSetpoint | None:
         """The goal that the controller drives to; None where there is none, or none was accepted."""
-        pose = self.goal_pose or (None if self.on_planned_way else self.path.end)
+        pose = self.goal_pose or (None if self.on_planned_route else self.path.end)
         if pose is None or self.goal.rejected:
             return None
-        source = self.goal.origin if self.goal.followed is None else GoalOrigin.DETECTED
+        source = self.goal.origin if self.goal.detected is None else GoalOrigin.DETECTED
         return GoalSetpoint(pose=pose, source=source)
 
     @property

@@ -21,7 +21,7 @@ from geometry import Area, Corridor, CorridorError, ReferencePath
 from geometry.corridor_area import area_of
 from geometry.outline import Shape, checked_shape, corners_of
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.types import Array, Index
 
 GOAL_REACH = 20.0  # [m] from the path's last part: a goal beyond it is taken for a mistake
@@ -127,13 +127,13 @@ def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig
     return area_of(corridor, path, beyond=GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear))
 
 
-def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
+def warn_if_narrow(side_clearance: SideClearance, index: int, config: ControllerConfig) -> None:
     """Warn of a part, the route's `index`-th, whose boundaries leave less than the margin beside the body."""
-    left, theta = room.least
+    left, theta = side_clearance.least
     margin, least = config.clearance.wanted, config.clearance.least
     if left >= margin:
         return
-    consequence = f"it is driven there at {float(room.speed_at(np.array([theta]))[0]):.2f} m/s"
+    consequence = f"it is driven there at {float(side_clearance.speed_at(np.array([theta]))[0]):.2f} m/s"
     if left < least:
         consequence = f"no plan is driven that leaves less than {least:.2f} m"
     _log.warning(

@@ -15,14 +15,14 @@ from math import inf, sqrt, tanh
 import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath
-from geometry.doors import door
+from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import arrival_time, within_reach
-from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import distance_left
+from rti_mpcc.planning.speed_profile import speed_profile_of
 
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
 CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
@@ -30,7 +30,7 @@ CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
 MOST_STEPS = 20_000  # of a cruise that is driven in thought: a longer one does not come to its end
 
 
-@door()
+@validated()
 def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
     """Time [s] from rest at the path's begin to rest at the goal, with nothing in the way and no corridor
     that slows the vehicle; inf where the vehicle does not get there along the path.
@@ -55,7 +55,7 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
     return total
 
 
-@door()
+@validated()
 def config_for_docking_time(
     seconds: float, path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None
 ) -> ControllerConfig:
@@ -103,21 +103,21 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
-    pace, step = pace_of(part, config), CRUISE_STEP
+    profile, step = speed_profile_of(part, config), CRUISE_STEP
     along, left = distance_left(part.first, part.start, part.first, part, target)
     if along < -PASSED_DISTANCE:
         return inf
     begin, time, speed = part.start, config.dead_time, 0.0
     most = config.dead_time + MOST_STEPS * step
-    while not within_reach(left, speed, config, pace, begin):
+    while not within_reach(left, speed, config, profile, begin):
         if time > most:
             return inf
         rise = min(_rise(config), 1.0 / step)  # no step passes the cruise speed
         gain = min(rise * (config.cruise_speed - speed), config.comfort_acceleration)
-        highest = float(pace.at(np.array([begin]))[0])
+        highest = float(profile.at(np.array([begin]))[0])
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step
-    return time + arrival_time(left, speed, config, pace.ahead(begin, left))
+    return time + arrival_time(left, speed, config, profile.ahead(begin, left))
 
 
 def _rise(config: ControllerConfig) -> float:

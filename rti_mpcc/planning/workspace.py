@@ -16,14 +16,14 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.ocp.room import room_along, with_obstacles
+from rti_mpcc.ocp.side_clearance import side_clearance_along, with_obstacles
 from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.pace import Pace, pace_of
+from rti_mpcc.planning.speed_profile import SpeedProfile, speed_profile_of
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.planning.surroundings import tell_if_narrow
+from rti_mpcc.planning.surroundings import warn_if_narrow
 from rti_mpcc.types import Array
 
 CUSP_SHIFT = 0.7  # of the tolerance at a cusp: so far beside it may the pose be (docs/decisions/13-cusps.md)
@@ -36,13 +36,13 @@ class Workspace:
     """What the functions of a cycle share.
 
     Attributes:
-        mpcc: core of the segment, with its settings; pace: of it.
+        mpcc: core of the segment, with its settings; profile: of it.
         start: state (6,) where the command of this cycle begins to act.
         clock: what time decides in this cycle.
     """
 
     mpcc: RtiMpcc
-    pace: Pace
+    profile: SpeedProfile
     start: Array
     clock: CycleClock
 
@@ -56,7 +56,7 @@ class Workspace:
         part, task = self.mpcc.part, s.task
         assert task.target is not None
         target = task.target if task.stop is None else stop_on(part, task.stop.at)
-        return sensing.context_of(s, self.start, self.pace, target, self.config)
+        return sensing.context_of(s, self.start, self.profile, target, self.config)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +66,7 @@ class _Active:
     segment: Segment
     mpcc: RtiMpcc
     corridor: Corridor
-    pace: Pace
+    profile: SpeedProfile
 
 
 class Workspaces:
@@ -79,14 +79,16 @@ class Workspaces:
     def _onto(self, s: ControllerState) -> None:
         """Onto the path of the state."""
         self._path, corridor, config = s.path, s.area.corridor, self._settings
-        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(s.path.parts))
+        self._side_clearances = tuple(
+            side_clearance_along(part, corridor, k, config) for k, part in enumerate(s.path.parts)
+        )
         if corridor.area is None:
-            for k, room in enumerate(self._rooms):
-                tell_if_narrow(room, k, config)
+            for k, side_clearance in enumerate(self._side_clearances):
+                warn_if_narrow(side_clearance, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
-        self._active = self._begun(s.task.segment, corridor)
+        self._active = self._started(s.task.segment, corridor)
 
-    def _begun(self, segment: Segment, corridor: Corridor) -> _Active:
+    def _started(self, segment: Segment, corridor: Corridor) -> _Active:
         config = segment.limited(self._settings)
         core = RtiMpcc(segment.part, corridor, config, index=segment.index)
         return self._beside(segment, core, corridor)
@@ -95,13 +97,13 @@ class Workspaces:
         """With the room along the segment, beside the obstacles that are known now, and the pace by it."""
         index, config = segment.index, core.config
         if core.part is self._path.parts[index]:
-            room = with_obstacles(self._rooms[index], core.part, corridor, index, config)
+            side_clearance = with_obstacles(self._side_clearances[index], core.part, corridor, index, config)
         else:
-            room = room_along(core.part, corridor, index, config)
+            side_clearance = side_clearance_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
-        core.room = room
-        pace = pace_of(core.part, config, core.room)
-        return _Active(segment=segment, mpcc=core, corridor=corridor, pace=pace)
+        core.side_clearance = side_clearance
+        profile = speed_profile_of(core.part, config, core.side_clearance)
+        return _Active(segment=segment, mpcc=core, corridor=corridor, profile=profile)
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, with the known obstacles."""
@@ -109,7 +111,7 @@ class Workspaces:
             self._onto(s)
         active, corridor = self._active, s.area.corridor
         if s.task.segment is not active.segment:
-            self._active = self._begun(s.task.segment, corridor)
+            self._active = self._started(s.task.segment, corridor)
         elif corridor is not active.corridor:
             self._active = self._beside(active.segment, active.mpcc, corridor)
         return self._active.mpcc
@@ -118,7 +120,7 @@ class Workspaces:
         """The workspace of a cycle in which the state is `s`."""
         mpcc = self.core(s)
         start = sensing.start_of(s, mpcc.part, mpcc.config)
-        return Workspace(mpcc=mpcc, pace=self._active.pace, start=start, clock=clock)
+        return Workspace(mpcc=mpcc, profile=self._active.profile, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
         """The target of the active segment."""
@@ -148,18 +150,18 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     """The pose at which a segment ends in a change of direction: nearest to `cusp`, with the margin kept on
     this part and on the next, or as much of it as there is within `CUSP_SHIFT` of the tolerance."""
     margin, index = config.clearance.wanted, segment.index
-    if _room([cusp], corridor, index, config)[0] == margin:
+    if _side_clearance([cusp], corridor, index, config)[0] == margin:
         return cusp
     poses = [
         cusp.compose(Pose2(*(CUSP_SHIFT * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS
     ]
-    room = _room(poses, corridor, index, config)
-    return poses[int(np.argmax(room))]  # the first of equals is the nearest
+    side_clearance = _side_clearance(poses, corridor, index, config)
+    return poses[int(np.argmax(side_clearance))]  # the first of equals is the nearest
 
 
-def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
+def _side_clearance(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
     """Clearance (n,) of the body [m] on the part and on the next one, as far as the margin counts it."""
     at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.clearance.wanted
     both = [clearances(at, corridor, part, config.vehicle, margin) for part in (index, index + 1)]
-    room: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
-    return room
+    side_clearance: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
+    return side_clearance

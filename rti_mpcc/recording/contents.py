@@ -39,7 +39,7 @@ Data = Any
 """What `json` reads: dicts, lists, strings, numbers, booleans, None."""
 
 FORMAT = "rti-mpcc recording"
-VERSION = 7  # of the format; grows with every change that older or newer programs could not read
+VERSION = 8  # of the format; grows with every change that older or newer programs could not read
 CHANGED = "its line was changed after it was recorded"
 
 Driver = DockingController | DockingMission

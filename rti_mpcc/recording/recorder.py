@@ -103,7 +103,7 @@ class Recorder:
         driver = self.controller
         orders, self._orders = self._orders, {}
         if isinstance(driver, DockingMission):
-            orders |= {"cancelled": driver.cancelling, "signal": driver.told(signal)}
+            orders |= {"cancelled": driver.cancelling, "signal": driver.signalled(signal)}
         detections = () if measurements is None else measurements
         inputs = Inputs(
             state=as_recorded(state, VehicleState, VehicleState(nan, nan, nan, nan, nan)),

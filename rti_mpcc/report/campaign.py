@@ -19,7 +19,7 @@ from rti_mpcc.report.page import rendered
 from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.report.text import in_words, number, percent
 from rti_mpcc.simulation.batch import Case, drive
-from rti_mpcc.simulation.campaign import TIMES, CaseOutcome, DrawnCase, read_rows
+from rti_mpcc.simulation.campaign import TIMES, CaseOutcome, RandomCase, read_rows
 from rti_mpcc.simulation.scenario import save_scenario
 
 PAGE, NUMBERS, WORST = "report.html", "report.json", "worst"
@@ -134,7 +134,7 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
 
 
 def write_report(
-    folder: Path, settings: Mapping[str, Any], cases: Sequence[DrawnCase], *, worst: int
+    folder: Path, settings: Mapping[str, Any], cases: Sequence[RandomCase], *, worst: int
 ) -> tuple[dict[str, str], tuple[Path, ...]]:
     """Write report.json, report.html, and the `worst` cases, driven again, as scenario files into a folder.
 
@@ -159,7 +159,7 @@ def write_report(
     return table, (*files, *([folder / WORST] if shown else []))
 
 
-def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None]:
+def _driven_again(case: RandomCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None]:
     """Save a case; the command that drives it from its file, and its picture if it `drives`."""
     try:
         scenario = case.scenario()

@@ -84,7 +84,7 @@ class Scene:
     def show(self, index: int) -> None:
         """Show the moment with this index."""
         moment, vehicle, given = self.ride.moments[index], self.ride.config.vehicle, self.ride.corridor
-        states, aim = moment.command.trajectory.states, moment.command.diagnostics.aim
+        states, target = moment.command.trajectory.states, moment.command.diagnostics.target
         planned = None
         if moment.corridor is not None and moment.corridor.area is not None:
             planned = moment.route
@@ -97,7 +97,7 @@ class Scene:
         for shapes, poses in (
             (self.plan_bodies, states[places]),
             (self.body, moment.pose[None]),
-            (self.target, np.array([[aim.x, aim.y, aim.phi]])),
+            (self.target, np.array([[target.x, target.y, target.phi]])),
             (self.goal, np.zeros((0, 3)) if moment.goal is None else moment.goal[None]),
         ):
             shapes.set_verts(list(body_polygons(poses, vehicle)))

@@ -87,22 +87,22 @@ def progress_bar(name: str, done: str) -> Iterator[Advance | None]:
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
 
 
-def tell_tables(tables: Sequence[Table]) -> None:
+def print_tables(tables: Sequence[Table]) -> None:
     """Print tables. Piped into a file they are 120 columns wide: the usual guess of 80 would cut them."""
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     for table in tables:
         console.print(table)
 
 
-def tell_lines(lines: Sequence[str]) -> None:
+def print_lines(lines: Sequence[str]) -> None:
     """Print sentences as they are; what is code in a page has no backticks here."""
     for line in lines:
         Console(highlight=False).print(line.replace("`", ""), markup=False, soft_wrap=True)
 
 
-def tell_written(files: Sequence[Path]) -> None:
+def print_written(files: Sequence[Path]) -> None:
     """Print which files were written."""
-    tell_lines([f"written: {', '.join(map(str, files))}"])
+    print_lines([f"written: {', '.join(map(str, files))}"])
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, stds_in
-from rti_mpcc.planning.agenda import StepRecord
+from rti_mpcc.planning.mission_state import StepRecord
 from rti_mpcc.recording.identify import Identified
 from rti_mpcc.report import draw
 from rti_mpcc.report.ride import Moment, Ride
@@ -203,7 +203,7 @@ def _setpoint(moment: Moment) -> Array:
     """(3,) of the goal; it is known on the last segment of a route alone."""
     told = moment.command.diagnostics
     known = moment.route is not None and told.part == len(moment.route.parts) - 1
-    return np.array([told.aim.x, told.aim.y, told.aim.phi]) if known else np.full(3, np.nan)
+    return np.array([told.target.x, told.target.y, told.target.phi]) if known else np.full(3, np.nan)
 
 
 def _draw_detections(

@@ -19,8 +19,8 @@ import shapely
 
 from geometry import Area, PathPart, ReferencePath
 from geometry.arrays import Array, Mask
-from geometry.doors import door
 from geometry.settings import replaced
+from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.model.footprint import body_of
@@ -47,7 +47,7 @@ class PathChange:
         part: of the path; start, end: progress along the given path between which it was changed, or, where
             it was left, bends too sharply [m].
         curvature: the largest there as it was given; possible: that can be driven [1/m].
-        room: least clearance of the body on it; needed: the hard minimum [m].
+        clearance: least clearance of the body on it; needed: the hard minimum [m].
         aside: largest distance of the smooth route from the given path [m]; None: the path was left as it is,
             for no smooth route is clear there.
     """
@@ -57,7 +57,7 @@ class PathChange:
     end: float
     curvature: float
     possible: float
-    room: float
+    clearance: float
     needed: float
     aside: float | None
 
@@ -67,22 +67,24 @@ class PathChange:
             made = f"made smooth, at most {self.aside:.2f} m beside it"
         if self.curvature > self.possible:
             wrong.append(f"bends by {self.curvature:.3f} 1/m, the vehicle can drive {self.possible:.3f} 1/m")
-        if self.room < self.needed:
-            wrong.append(f"leaves a clearance of {self.room:.2f} m, at least {self.needed:.2f} m is required")
+        if self.clearance < self.needed:
+            wrong.append(
+                f"leaves a clearance of {self.clearance:.2f} m, at least {self.needed:.2f} m is required"
+            )
         where = f"the path, segment {self.part}, theta = {self.start:.2f} to {self.end:.2f} m, "
         return f"{where}{', and '.join(wrong)}: {made}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MendedPath:
+class RepairedPath:
     """A path that can be driven, as far as one was found, and its changes, in order."""
 
     path: ReferencePath
     changes: tuple[PathChange, ...]
 
 
-@door()
-def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None = None) -> MendedPath:
+@validated()
+def repaired_path(path: ReferencePath, area: Area, config: ControllerConfig | None = None) -> RepairedPath:
     """The path made smooth where it bends more sharply than the vehicle can, or leads it into something.
 
     One that can be driven is returned itself. Parts, directions, and the poses at both ends of each part stay
@@ -99,9 +101,9 @@ def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None
         arcs.append(rows)
         changes += found
     if all(change.aside is None for change in changes):
-        return MendedPath(path=path, changes=tuple(changes))
+        return RepairedPath(path=path, changes=tuple(changes))
     segments = [(1 if s > 0.0 else -1, curvature, abs(s)) for s, curvature in np.vstack(arcs).tolist()]
-    return MendedPath(path=ReferencePath.from_segments(path.start, segments), changes=tuple(changes))
+    return RepairedPath(path=ReferencePath.from_segments(path.start, segments), changes=tuple(changes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +128,7 @@ class _Repair:
                 end=span[1],
                 curvature=float(np.abs(given[:, 1]).max()),
                 possible=self.config.max_curvature,
-                room=self._clearance(span),
+                clearance=self._clearance(span),
                 needed=self.config.clearance.least,
                 aside=None if route is None else self._aside(span, route),
             )

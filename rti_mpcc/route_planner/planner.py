@@ -21,7 +21,7 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.arrays import Array
-from geometry.doors import door
+from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
@@ -45,7 +45,7 @@ _LEAST_TOLERANCE = 0.5  # share of the tolerance at the end of the shortest segm
 _STANDING = 1.0  # [m] length of the straight segment at the end of which a vehicle stands that is in its goal
 
 
-@door()
+@validated()
 def plan_manoeuvre(
     start: Pose2, goal: Pose2, area: Area, config: ControllerConfig | None = None
 ) -> Manoeuvre:
@@ -144,7 +144,7 @@ def _planned(
     lasts = problem.last_arcs(terms)
     if len(lasts) == 0:
         reason = f"no straight route of {settings.final_straight} m into the goal is clear"
-        return _no_manoeuvre(problem, PlanOutcome.NO_WAY, reason)
+        return _no_manoeuvre(problem, PlanOutcome.NO_ROUTE, reason)
     poses = np.array([problem.before_goal(length) for length in lasts[:, 0]])
     goals = Roots(poses=poses, arcs=lasts, costs=np.zeros(len(lasts)))
     grids = yield from _estimates(problem, poses[0], terms)
@@ -200,7 +200,7 @@ def _searched(
             reason = f"{nodes} nodes expanded in {spent():.1f} s, the nearest {nearest:.2f} m from the goal"
             return _no_manoeuvre(problem, PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
     reason = f"all {nodes} reachable nodes expanded, the nearest {nearest:.2f} m from the goal"
-    return _no_manoeuvre(problem, PlanOutcome.NO_WAY, rejected or reason, nodes, nearest)
+    return _no_manoeuvre(problem, PlanOutcome.NO_ROUTE, rejected or reason, nodes, nearest)
 
 
 def _estimates(

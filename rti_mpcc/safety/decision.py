@@ -18,13 +18,13 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steeri
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
-from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, PlannedStop, Task
-from rti_mpcc.safety import contact, holding
-from rti_mpcc.safety.contact import met_by
+from rti_mpcc.safety import collision_check, holding
+from rti_mpcc.safety.collision_check import nearest_object
 from rti_mpcc.safety.fallback import ControlInput, stopping_motion
 from rti_mpcc.types import (
     Array,
@@ -53,7 +53,7 @@ class ControlDecision:
 
 def status_of(verdict: Verdict, task: Task) -> Status:
     """The status of a cycle with this verdict, after which the task is `task`."""
-    if verdict.reason is Reason.SEARCHES_PLAN and task.latched:
+    if verdict.reason is Reason.SEARCHES_PLAN and task.stop_reason:
         return Status.FAILED
     follows = task.objective.kind is Objective.CONTOURING
     return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
@@ -63,14 +63,14 @@ def command(
     decision: ControlDecision,
     status: Status,
     state: Array,
-    aim: Pose2,
+    target: Pose2,
     s: ControllerState,
     clock: CycleClock,
     config: ControllerConfig,
     detections: tuple[Judgement, ...] = (),
     remarks: tuple[str, ...] = (),
 ) -> Command:
-    """The command of a cycle whose control acts from `state` (6,) on, towards `aim`; `remarks`: on inputs."""
+    """The command of a cycle whose control acts from `state` (6,) on. `remarks`: on inputs."""
     control, plan, attempt, arrival = decision.control, decision.trajectory, decision.attempt, s.task.arrival
     if s.clock.offset:
         times = plan.times - s.clock.offset
@@ -88,7 +88,7 @@ def command(
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=attempt is not None and attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        aim=aim,
+        target=target,
         goal=s.goal.estimate,
         time_to_go=None if arrival is None else arrival.at - (s.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
@@ -170,9 +170,12 @@ def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
 
 
 def why_stalled(
-    s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
+    s: ControllerState,
+    context: PlanningContext,
+    config: ControllerConfig,
+    side_clearance: SideClearance | None,
 ) -> str:
-    """Why no plan ends inside the tolerance, or ""; `room`: beside the body along the segment, or None."""
+    """Why no plan ends inside the tolerance, or "". `side_clearance`: along the segment, or None."""
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
@@ -180,7 +183,7 @@ def why_stalled(
     why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
     if why:
         return why
-    if room is not None and (narrow := _narrow(s, context, config, room)):
+    if side_clearance is not None and (narrow := _narrow(s, context, config, side_clearance)):
         return narrow
     manoeuvre = None if s.route is None else s.route.manoeuvre
     return "" if manoeuvre is None or manoeuvre.found else manoeuvre.reason
@@ -194,20 +197,24 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     if apart.min() >= config.clearance.least:
         return ""
     apart[0] -= CONTACT_TOLERANCE
-    room, met = float(apart.min()), met_by(state, s.area, part, config)
-    if room < 0.0:
-        return f"the body {where} overlaps {met} by {-room:.3f} m"
-    return f"the body {where} is {room:.3f} m from {met} (at least {config.clearance.least:g} m)"
+    side_clearance, obstacle = float(apart.min()), nearest_object(state, s.area, part, config)
+    if side_clearance < 0.0:
+        return f"the body {where} overlaps {obstacle} by {-side_clearance:.3f} m"
+    return (
+        f"the body {where} is {side_clearance:.3f} m from {obstacle} (at least {config.clearance.least:g} m)"
+    )
 
 
-def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
+def _narrow(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig, side_clearance: SideClearance
+) -> str:
     """Where the rest of the segment is narrower than the margin, or ""."""
     theta = float(context.state[THETA])
-    ahead = (room.theta >= theta) & (room.theta <= context.target.theta)
+    ahead = (side_clearance.theta >= theta) & (side_clearance.theta <= context.target.theta)
     if not ahead.any():
         return ""
-    least = int(np.flatnonzero(ahead)[np.argmin(room.walls[ahead])])
-    left, at = float(room.walls[least]), float(room.theta[least])
+    least = int(np.flatnonzero(ahead)[np.argmin(side_clearance.walls[ahead])])
+    left, at = float(side_clearance.walls[least]), float(side_clearance.theta[least])
     if left >= config.clearance.wanted:
         return ""
     pose = s.task.segment.part.pose(at)
@@ -222,8 +229,8 @@ def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConf
 
 def what_blocks(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
     """What blocks the route behind a stop, and how far ahead that is."""
-    ahead = stop.at + contact.stop_clearance(config) - float(context.state[THETA])
-    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
+    ahead = stop.at + collision_check.stop_clearance(config) - float(context.state[THETA])
+    return f"{stop.obstacle}, {max(ahead, 0.0):.2f} m ahead"
 
 
 def meeting(
@@ -231,20 +238,22 @@ def meeting(
 ) -> ControllerState:
     """With the contact of a halting vehicle's plan after `distance` [m]; `late`: why there was no time for
     another plan, or ""."""
-    assert s.task.halt is not None
-    met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
-    needed = contact.stopping_distance(float(plan.states[0, V]), config) + contact.CLEAR_DISTANCE
-    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
-    return replace(s, task=replace(s.task, halt=halt))
+    assert s.task.yielding is not None
+    obstacle = f"{distance:.2f} m with {collision_check.object_ahead(s, plan, distance, config)}"
+    needed = (
+        collision_check.stopping_distance(float(plan.states[0, V]), config) + collision_check.CLEAR_DISTANCE
+    )
+    yielding = replace(s.task.yielding, obstacle=obstacle, no_time=late if distance > needed else "")
+    return replace(s, task=replace(s.task, yielding=yielding))
 
 
-def why_halted(s: ControllerState, distance: float) -> Verdict:
+def why_yielding(s: ControllerState, distance: float) -> Verdict:
     """Why a vehicle halts whose plan is clear over `distance` [m]."""
-    halt = s.task.halt
-    assert halt is not None
-    if halt.no_time:
-        why = f"{halt.no_time}; contact in {halt.met} along the last plan"
+    yielding = s.task.yielding
+    assert yielding is not None
+    if yielding.no_time:
+        why = f"{yielding.no_time}; contact in {yielding.obstacle} along the last plan"
         return Verdict(Reason.OUT_OF_TIME, why)
     if distance < inf:
-        return Verdict(Reason.CONTACT_AHEAD, halt.met)
-    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")
+        return Verdict(Reason.CONTACT_AHEAD, yielding.obstacle)
+    return Verdict(Reason.WAITS_UNTIL_CLEAR, yielding.obstacle and f" (last: contact in {yielding.obstacle})")

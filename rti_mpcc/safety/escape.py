@@ -26,7 +26,7 @@ STEERING_TOLERANCE = 0.02  # [rad] within which the wheels are there
 RISE_TIME = 0.3  # [s], time constant with which the speed is set
 
 
-def way_out(
+def escape_motion(
     state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
 ) -> Trajectory | None:
     """The motion out of an overlap from `state` (6,) at `begin` [s]: its first control turns the wheels or

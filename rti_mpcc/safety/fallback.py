@@ -10,7 +10,7 @@
 
 Plans of 1 to 3 are checked with the exact body: one that is not clear over the distance that a stop in
 comfort needs, and a share more, is not driven; the vehicle brakes along its last plan, as gently as it stops
-in time. It stays blocked until the plan has been clear for a while, see `driving._halting`. Every command
+in time. It stays blocked until the plan has been clear for a while, see `driving._yielding`. Every command
 passes `safety.limiter`.
 """
 
@@ -28,7 +28,7 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, THETA, A, V, 
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.safety import contact
+from rti_mpcc.safety import collision_check
 from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0  # [s] for which the last plan may be driven on
@@ -87,7 +87,7 @@ def shifted_plan(
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
     if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= PLAN_LIFE:
         return None
-    times = stage_times(context.begin, np.diff(plan.times))
+    times = stage_times(context.start_time, np.diff(plan.times))
     shifted = resample(plan, times, config.vehicle.wheelbase)
     off = context.state - shifted.states[0]
     position, heading = PLAN_OFFSET
@@ -165,7 +165,7 @@ def braking(
 ) -> Trajectory:
     """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan that it is near to."""
     lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
-    times = stage_times(context.begin, lengths)
+    times = stage_times(context.start_time, lengths)
     motion = None if along is None else _stopping_along(along, context.state, times, deceleration)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
 
@@ -173,7 +173,7 @@ def braking(
 def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig) -> Trajectory:
     """The motion along a plan that stops after the whole distance that is checked for a stop."""
     speed = float(context.state[V])
-    need = contact.stopping_distance(speed, config)
+    need = collision_check.stopping_distance(speed, config)
     return braking(context, max(speed**2 / (2.0 * need), LEAST_DECELERATION), config, plan)
 
 
@@ -191,7 +191,7 @@ def braking_in_time(
     speed, found = float(context.state[V]), []
     for plan in (None,) if along is None else (along, None):
         motion = braking(context, wanted, config, plan)
-        distance = contact.clear_distance(s, motion, config)
+        distance = collision_check.clear_distance(s, motion, config)
         needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, config))
         found.append((motion, needed, plan))
     motion, needed, plan = min(found, key=lambda each: each[1])
@@ -223,7 +223,7 @@ def arc(state: Array, ways: Array, steering: float, wheelbase: float) -> Array:
 
 def _stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: float) -> Trajectory | None:
     """The same beside a plan; None where the vehicle is not near it, or the plan goes the other way."""
-    travelled, states = _way_of(plan)
+    travelled, states = _path_of(plan)
     speed, here = abs(float(state[V])), _distance_to(state, states, travelled)
     at_here = _states_at(states, travelled, np.array([here]))[0]
     off = state - at_here
@@ -244,11 +244,11 @@ def _stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: 
 
 def distance_to_end(plan: Trajectory, state: Array) -> float:
     """Distance [m] along a plan from its place nearest to `state` (6,) to its end."""
-    travelled, states = _way_of(plan)
+    travelled, states = _path_of(plan)
     return float(travelled[-1]) - _distance_to(state, states, travelled)
 
 
-def _way_of(plan: Trajectory) -> tuple[Array, Array]:
+def _path_of(plan: Trajectory) -> tuple[Array, Array]:
     """Distances (n,) [m] that a plan has driven at its states (n, 6), without those where it stands."""
     steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
     driven = np.append(True, steps > 1e-9)

@@ -85,7 +85,7 @@ def _stays_at_once(
     if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
-    rolls = speed * (context.begin - context.now + UNKNOWN_LAG)
+    rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)
     return motion.unseen(config) == 0.0 and abs(_ahead(hold, context)) + rolls <= most
 
 
@@ -97,7 +97,7 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config:
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
     noise = standstill.NOISE * motion.noise[0]
-    slow = abs(speed) * (context.begin - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
+    slow = abs(speed) * (context.start_time - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
     off = max(abs(context.error.x), abs(context.standing_error.x))
@@ -123,12 +123,12 @@ def undocked(before: ControllerState, after: ControllerState, context: PlanningC
     return said
 
 
-def not_reckoned(s: ControllerState) -> ControllerState:
+def not_dead_reckoned(s: ControllerState) -> ControllerState:
     """A docked vehicle that a brake holds is not reckoned to move, whatever it is commanded."""
     hold, monitor = s.task.hold, s.vehicle.monitor
     if hold is None or hold.docked is None or s.vehicle.motion.spread() > 0.0:
         return s
-    monitor = replace(monitor, reckoned=monitor.measured)
+    monitor = replace(monitor, dead_reckoned=monitor.measured)
     return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 

@@ -40,7 +40,7 @@ Drawn = Mapping[str, Any]
 """What was drawn of a case: its `course` and `disturbances`."""
 
 
-class DrawnCase(Protocol):
+class RandomCase(Protocol):
     """A case that is drawn where it is driven: workers are sent its attributes only.
 
     `index`: 0 ... MOST - 1; `name` of its scenario; `run`: method, preset and seed, as `batch.Case` has them.
@@ -134,14 +134,14 @@ Drive = Callable[[Any], CampaignRow]
 """Makes a row of a case. Workers get it by its name: it has to be defined at the top of a module."""
 
 
-def drive_case(case: DrawnCase) -> CampaignRow:
+def drive_case(case: RandomCase) -> CampaignRow:
     """Draw and drive a case. Raises what either raises."""
     scenario = case.scenario()
     return row_of(case.index, drive(Case(scenario=scenario, **case.run)), case.drawn(scenario))
 
 
 def run_campaign(
-    cases: Sequence[DrawnCase],
+    cases: Sequence[RandomCase],
     folder: Path,
     *,
     jobs: int | None = None,
@@ -207,10 +207,10 @@ def _workers(stack: ExitStack, jobs: int, dask: str | None) -> dict[str, Any]:
     return {"pre_dispatch": f"{AHEAD} * n_jobs"}
 
 
-def _driven(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]) -> Generator[CampaignRow]:
+def _driven(drive: Drive, cases: Iterator[RandomCase], options: Mapping[str, Any]) -> Generator[CampaignRow]:
     """Rows as they end. Where a process ended, those that were under way are driven again, each alone."""
     while True:
-        under_way: dict[int, DrawnCase] = {}
+        under_way: dict[int, RandomCase] = {}
         try:
             yield from _parallel(drive, cases, under_way, options)
             return
@@ -224,7 +224,7 @@ def _driven(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]
 
 
 def _parallel(
-    drive: Drive, cases: Iterator[DrawnCase], under_way: dict[int, DrawnCase], options: Mapping[str, Any]
+    drive: Drive, cases: Iterator[RandomCase], under_way: dict[int, RandomCase], options: Mapping[str, Any]
 ) -> Generator[CampaignRow]:
     """Rows as they end; `under_way` holds the others. Raises BrokenProcessPool where a process ended."""
     parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=SILENCE, **options)
@@ -242,7 +242,7 @@ def _parallel(
         raise CampaignError(f"no case has ended for {SILENCE:g} s: the workers are lost") from error
 
 
-def _row(drive: Drive, case: DrawnCase) -> CampaignRow:
+def _row(drive: Drive, case: RandomCase) -> CampaignRow:
     """The row of a case, in a worker; where `drive` raises, a row with the exception."""
     with _counted(case) as before:
         if before >= DEATHS:
@@ -258,7 +258,7 @@ def _row(drive: Drive, case: DrawnCase) -> CampaignRow:
 
 
 @contextmanager
-def _counted(case: DrawnCase) -> Iterator[int]:
+def _counted(case: RandomCase) -> Iterator[int]:
     """How many workers of a Dask cluster this case has ended before; 0 elsewhere.
 
     Joblib waits for ever for a case that Dask gives up, so a case has to be given up here before that.
@@ -275,7 +275,7 @@ def _counted(case: DrawnCase) -> Iterator[int]:
     client.set_metadata(key, 0)
 
 
-def undriven_row(case: DrawnCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
+def undriven_row(case: RandomCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
     """A row without figures, and without what was drawn where it can't be."""
     drawn: Drawn = {}
     if outcome is CaseOutcome.RAISED:  # what ended one process may end another

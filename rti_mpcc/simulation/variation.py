@@ -21,7 +21,7 @@ from rti_mpcc.simulation.campaign import MOST, Drawn
 from rti_mpcc.simulation.scenario import Scenario, changed
 
 START = GOAL = (0.5, 0.3, radians(5.0))
-"""Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `ROOM`."""
+"""Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `CLEARANCE`."""
 STATE_NOISE = (0.015, 0.003, 0.015, 0.003)
 """Largest additions to the standard deviations of the measured position [m], heading [rad], speed [m/s],
 steering [rad]."""
@@ -30,7 +30,7 @@ DETECTION = 0.5
 WHEELBASE_ERROR, STEERING_OFFSET, GAIN, DEAD_TIME = 0.05, radians(1.0), 0.2, 0.07
 """Errors of the plant that the controller does not know: relative, [rad], relative, [s]."""
 PARTS = ("start", "goal", "noise", "plant")
-ROOM = 0.1
+CLEARANCE = 0.1
 """A shift is halved, at most `HALVINGS` times, until the body has this clearance [m], or that without the
 shift, at the start and at the goal of an area."""
 HALVINGS = 6
@@ -39,7 +39,7 @@ DIGITS = 5  # of all random values, so that a saved case is readable
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VariedCase:
-    """Case `index` of a campaign that varies some of `PARTS` of the scenario `base`; see `DrawnCase`."""
+    """Case `index` of a campaign that varies some of `PARTS` of the scenario `base`; see `RandomCase`."""
 
     base: Scenario
     vary: tuple[str, ...]
@@ -57,7 +57,7 @@ class VariedCase:
         return {"seed": MOST * self.seed + self.index}
 
     def scenario(self) -> Scenario:
-        """See `DrawnCase`."""
+        """See `RandomCase`."""
         random = np.random.default_rng([self.seed, self.index])
         return varied(changed(self.base, {"name": self.name}), self.vary, random)
 
@@ -114,17 +114,17 @@ def _shifted(
     scenario: Scenario, key: str, pose: tuple[float, float, float], shift: Sequence[float]
 ) -> Scenario:
     """The scenario with the pose at a key shifted in its own frame, by less where there is no room."""
-    least = min(ROOM, _room(scenario))
+    least = min(CLEARANCE, _clearance(scenario))
     for halved in range(HALVINGS):
         moved = Pose2(*pose).compose(Pose2(*(0.5**halved * value for value in shift)))
         with suppress(InputError):
             found = changed(scenario, {key: _rounded(moved)})
-            if _room(found) >= least:
+            if _clearance(found) >= least:
                 return found
     return scenario
 
 
-def _room(scenario: Scenario) -> float:
+def _clearance(scenario: Scenario) -> float:
     """Least clearance of the body at the start, and at the goal of an area [m]."""
     poses, vehicle = [_rounded(scenario.start_pose())], scenario.vehicle
     if scenario.in_area:

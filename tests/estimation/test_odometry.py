@@ -15,12 +15,12 @@ from estimation.odometry import (
     POSE_SPEED,
     TOLD,
     TURNED,
-    Asked,
+    CommandedChange,
     Geometry,
     Noise,
+    distances_at,
     moved_on,
     track_from,
-    ways_at,
 )
 from estimation.sensors import Sensors, compare_sensors
 
@@ -41,7 +41,9 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
     delta = 0.3
     track = track_from(0.0, arc(0, speed, delta), speed, delta)
     for k in range(1, 21):
-        track = moved_on(track, k * H, arc(k, speed, delta), Asked(0.0, 0.0, delta, 0.0), EXACT, WHEELBASE)
+        track = moved_on(
+            track, k * H, arc(k, speed, delta), CommandedChange(0.0, 0.0, delta, 0.0), EXACT, WHEELBASE
+        )
     last, way = track[-1], speed * H * 20
     assert last[ALONG] == pytest.approx(way, rel=1e-4)
     assert last[TOLD] == pytest.approx(way)
@@ -54,9 +56,11 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
 def test_a_distance_is_told_at_any_time_in_between() -> None:
     track = track_from(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
     for k in range(1, 11):
-        track = moved_on(track, k * H, arc(k, 1.0, 0.1), Asked(0.0, 0.0, 0.1, 0.0), EXACT, WHEELBASE)
-    assert ways_at(track, 0.33) == pytest.approx((0.33, 0.33))
-    assert ways_at(track, -1.0)[0] == 0.0
+        track = moved_on(
+            track, k * H, arc(k, 1.0, 0.1), CommandedChange(0.0, 0.0, 0.1, 0.0), EXACT, WHEELBASE
+        )
+    assert distances_at(track, 0.33) == pytest.approx((0.33, 0.33))
+    assert distances_at(track, -1.0)[0] == 0.0
 
 
 @pytest.mark.parametrize(("share", "left_out"), [(1.0, False), (1.03, False), (0.8, True), (1.2, True)])
@@ -68,7 +72,7 @@ def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, le
         x += H * (speed + 0.5 * asked)
         speed += asked
         state = np.array((x, 0.0, 0.0, share * speed, 0.0, 0.0))
-        known = compare_sensors(known, k * H, state, Asked(asked, 0.0, 0.0, asked), EXACT, BODY)
+        known = compare_sensors(known, k * H, state, CommandedChange(asked, 0.0, 0.0, asked), EXACT, BODY)
     assert bool(known.speed.problem) == left_out
     assert not known.pose
     assert known.usable(state, WHEELBASE)[3] == pytest.approx(speed if left_out else share * speed, abs=0.02)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.safety import fallback
-from rti_mpcc.safety.contact import stopping_distance
+from rti_mpcc.safety.collision_check import stopping_distance
 from rti_mpcc.safety.fallback import STOP_DISTANCE
 from rti_mpcc.safety.limiter import saturate
 from rti_mpcc.types import Array, Source

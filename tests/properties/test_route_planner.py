@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from geometry import Area, Pose2, ReferencePath, wrap
 from rti_mpcc.config import Clearance, ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.path_repair import mended_path
+from rti_mpcc.route_planner.path_repair import repaired_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -115,7 +115,7 @@ def test_a_repaired_path_keeps_the_ends_of_its_parts_however_short_they_are(
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
     config = ControllerConfig(route=RoutePlanner(nodes=500))
     block = [(2.0, 1.0), (3.0, 1.0), (3.0, 2.0), (2.0, 2.0)]
-    repaired = mended_path(path, yard(60.0).with_obstacles([block]), config).path
+    repaired = repaired_path(path, yard(60.0).with_obstacles([block]), config).path
     lasting = [part for part in path.parts if part.end - part.start > 1e-8]
     kept = [part for part in repaired.parts if part.end - part.start > 1e-8]
     assert len(lasting) == len(kept)

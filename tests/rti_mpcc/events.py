@@ -165,7 +165,7 @@ class Ride:
                 if event.at <= plant.time and event not in happened:
                     happened.add(event)
                     plant = self._begin(event, plant)
-            self._go_on(plant.time)
+            self._continue_plan(plant.time)
             if self._lasting("vehicle", "stopped", plant.time):
                 slower = max(abs(plant.v) - config.limits.acceleration * config.cycle, 0.0)
                 plant = replace(plant, v=slower * float(np.sign(plant.v)))
@@ -258,7 +258,7 @@ class Ride:
             self.goal = moved if self._room_at(moved) > 0.3 else self.goal
         return plant
 
-    def _go_on(self, now: float) -> None:
+    def _continue_plan(self, now: float) -> None:
         """What changes in every cycle."""
         cycle = self.config.cycle
         self.obstacles = [(outline, until) for outline, until in self.obstacles if now < until]

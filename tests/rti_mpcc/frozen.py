@@ -27,7 +27,7 @@ from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
-from rti_mpcc.ocp.room import OUTWARD
+from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.ocp.targets import Target

@@ -12,7 +12,7 @@ import numpy as np
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, DockingMission, Source, VehicleState
-from rti_mpcc.planning.agenda import StepRecord
+from rti_mpcc.planning.mission_state import StepRecord
 from rti_mpcc.steps import AnyStep
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.yards import BRISK, DEAD_TIME, Drive, Driver
@@ -40,9 +40,9 @@ class UntilOver:
     times: list[float] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
 
-    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+    def step(self, state: VehicleState, *, now: float, **unused_goal: Any) -> Command:
         self.before(now)
-        command = self.mission.step(state, now=now, signal=self.signal(now), **told)
+        command = self.mission.step(state, now=now, signal=self.signal(now), **unused_goal)
         self.times.append(now)
         self.commands.append(command)
         return replace(command, docked=self.mission.result is not RUNNING)

@@ -270,13 +270,13 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
     diagnostics = command.diagnostics
     assert type(command.status) is Status
     assert type(command.source) is Source
-    assert diagnostics.cause is not Reason.MISTAKE, diagnostics.reason
+    assert diagnostics.cause is not Reason.INTERNAL_ERROR, diagnostics.reason
     assert len(diagnostics.reason.splitlines()) <= 1
     assert not diagnostics.deadline_missed or command.source is not Source.SOLUTION
     assert command.status is not Status.FAILED or diagnostics.reason
     assert command.docked is (command.status is Status.DOCKED)
     if command.docked:
-        error = Pose2(state.x, state.y, state.phi).relative_to(diagnostics.aim)
+        error = Pose2(state.x, state.y, state.phi).relative_to(diagnostics.target)
         along, across, heading = (HELD_OUT * most for most in config.goal_tolerance)
         assert abs(error.x) <= along + MOVES * config.dead_time, error
         assert abs(error.y) <= across, error

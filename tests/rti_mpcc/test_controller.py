@@ -17,7 +17,7 @@ from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.speed_profile import speed_profile_of
 from rti_mpcc.qp.solver import COLD
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.model_steps import step
@@ -49,7 +49,9 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     distance = mpcc.target.theta - state[THETA]
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, distance, pace_of(mpcc.part, config), config)
+    guess = arrival_guess(
+        mpcc.part, mpcc.target, state, times, distance, speed_profile_of(mpcc.part, config), config
+    )
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
 
@@ -57,7 +59,7 @@ def guessed(mpcc: RtiMpcc, state: Array) -> Trajectory:
     """The first guess of a cruise."""
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
-    return cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
+    return cruise_guess(mpcc.part, mpcc.target, state, times, speed_profile_of(mpcc.part, config), config)
 
 
 def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:

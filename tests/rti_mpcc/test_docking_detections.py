@@ -201,4 +201,4 @@ def test_an_unusable_detection_is_refused_and_a_sound_command_given(changes: dic
     assert isfinite(command.steering_rate)
     assert command.diagnostics.goal is not None
     assert command.diagnostics.goal.status is GoalStatus.SEARCHING
-    assert command.diagnostics.aim == goal
+    assert command.diagnostics.target == goal

@@ -120,7 +120,7 @@ def test_an_internal_error_brakes_and_the_next_cycle_resumes(
     wrong = during(run, 5.0, 5.2)
     assert {(command.status, command.source) for _, command in wrong} == {(Status.FAILED, Source.BRAKING)}
     what = "ZeroDivisionError: made up in two lines"
-    assert wrong[0][1].diagnostics.reason == Reason.MISTAKE.message.format(what)
+    assert wrong[0][1].diagnostics.reason == Reason.INTERNAL_ERROR.message.format(what)
     assert wrong[0][1].acceleration > 0.0  # it reverses
     assert "in a cycle" in caplog.text
     assert max(plant.v for plant, _ in run) <= 0.02  # its brakes do not drive it forwards
@@ -174,7 +174,7 @@ def test_an_odd_goal_is_not_taken_and_the_last_one_stays(odd: Any) -> None:
     command = controller.step(STATE, now=0.05, goal=odd)
     assert command.source is Source.SOLUTION
     assert "keeping the previous goal" in command.diagnostics.reason
-    assert (command.diagnostics.aim.x, command.diagnostics.aim.y) == pytest.approx((goal.x, goal.y))
+    assert (command.diagnostics.target.x, command.diagnostics.target.y) == pytest.approx((goal.x, goal.y))
 
 
 @pytest.mark.parametrize(

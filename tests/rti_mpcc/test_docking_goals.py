@@ -99,7 +99,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
     for k in range(45):
         seen = GoalMeasurement(stamp=0.05 * k, x=LENGTH, y=2.6, phi=0.0, vehicle=Pose2(0.0, 0.0, 0.0))
         command = docking.step(START, now=0.05 * k, goal=planned, measurements=[seen])
-    assert command.diagnostics.aim == planned
+    assert command.diagnostics.target == planned
     assert "goal detected at (12, 2.6" in command.diagnostics.reason
     assert "crosses a boundary or obstacle" in command.diagnostics.reason
     assert command.diagnostics.reason.endswith("keeping the previous goal")

@@ -48,7 +48,9 @@ def assert_sane(drive: Drive) -> None:
     assert np.isfinite(commanded).all()
     assert (commanded <= np.array([LIMITS.acceleration, LIMITS.steering_rate]) + 1e-9).all()
     assert all(len(reason.splitlines()) <= 1 for reason in drive.reasons)
-    assert not any(command.diagnostics.cause is Reason.MISTAKE for command in drive.commands), drive.reasons
+    assert not any(command.diagnostics.cause is Reason.INTERNAL_ERROR for command in drive.commands), (
+        drive.reasons
+    )
 
 
 def assert_stood(drive: Drive, begin: float, end: float) -> None:
@@ -246,7 +248,7 @@ def test_what_fills_the_only_way_is_waited_for() -> None:
     assert_stood(drive, 7.0, goes)
     waiting = drive.commands[drive.between(7.0, goes)]
     assert {command.status for command in waiting} == {Status.STALLED}
-    assert {command.diagnostics.cause for command in waiting} == {Reason.NO_WAY}
+    assert {command.diagnostics.cause for command in waiting} == {Reason.NO_ROUTE}
     assert "reachable nodes expanded" in waiting[0].diagnostics.reason
     assert drive.states[drive.between(7.0, goes), 0].max() < 7.0 - BRISK.vehicle.front
     driving = np.abs(drive.states[:, 3]) > STILL

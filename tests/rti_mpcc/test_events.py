@@ -55,7 +55,7 @@ def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
     jumped: list[float] = []
 
     def goal_at(now: float) -> Pose2:
-        if controller.state.begin is not None and controller.state.begin[0] >= 17.0:
+        if controller.state.start_state is not None and controller.state.start_state[0] >= 17.0:
             jumped.append(now)
         return behind if jumped else far
 

@@ -28,7 +28,7 @@ LAYERS = (
     "safety",
     "course",
     "driving",
-    "rerouting",
+    "replanning",
     "orders",
     "docking",
     "mission",
@@ -152,7 +152,7 @@ def test_a_library_is_imported_in_its_place_only(library: str, where: str) -> No
         ("rti_mpcc/model/bicycle.py", "from ..ocp.layout import X"),
         ("rti_mpcc/qp/door.py", "def late():\n    import rti_mpcc.controller"),
         (
-            "rti_mpcc/planning/ways.py",
+            "rti_mpcc/planning/route_start.py",
             "from importlib import import_module\nimport_module('rti_mpcc.docking')",
         ),
         ("rti_mpcc/ocp/objectives.py", "from estimation import GoalEstimate"),

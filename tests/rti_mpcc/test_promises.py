@@ -62,7 +62,7 @@ def check_promises(drive: Drive) -> None:
     """Never an unchecked, non-finite or out-of-limits command, nor a contact; it stands, or goes on."""
     for command in drive.commands:
         check_numbers(command, BRISK)
-        assert command.diagnostics.cause is not Reason.MISTAKE, command.diagnostics.reason
+        assert command.diagnostics.cause is not Reason.INTERNAL_ERROR, command.diagnostics.reason
         assert len(command.diagnostics.reason.splitlines()) <= 1
         if command.source in OPEN:
             check_plan(command)

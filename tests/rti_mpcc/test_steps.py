@@ -29,7 +29,7 @@ WORDS = ["dock", "wait", "straight", "undock", "drive_to"]
 THREE = "must be three numbers > 0: [m], [m], [rad]"
 TWO = "must be two numbers > 0: lateral [m], heading [rad]"
 COUNT = "must be a whole number >= 0"
-NO_WAY = "must not be 0, and at most 100 m either way"
+NO_ROUTE = "must not be 0, and at most 100 m either way"
 POSITIVE = "must be > 0, and finite"
 WITH_POSE = "only of a dock with a pose, to which a route is planned"
 
@@ -83,7 +83,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         )
         for x in (0, 2, None, "1")
     ),
-    *((lambda x=x: Straight(x), _said("Straight.distance", x, NO_WAY)) for x in (0.0, inf, nan, True, "1")),
+    *((lambda x=x: Straight(x), _said("Straight.distance", x, NO_ROUTE)) for x in (0.0, inf, nan, True, "1")),
     *((lambda x=x: Straight(1.0, speed=x), _said("Straight.speed", x, POSITIVE)) for x in (0.0, -0.1, inf)),
     *((lambda x=x: Straight(1.0, steering=x), _said("Straight.steering", x, POSITIVE)) for x in (0.0, nan)),
     *(
@@ -91,7 +91,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         for x in ((0.1,), (0.1, 0.0), (0.1, nan), 0.1, (0.1, 0.1, 0.1))
     ),
     (lambda: Straight(1.0, until=True), "Straight.until = True: must be a function or None"),  # type: ignore[arg-type]
-    *((lambda x=x: Undock(x), _said("Undock.distance", x, NO_WAY)) for x in (0, -inf, nan, None, 10**400)),
+    *((lambda x=x: Undock(x), _said("Undock.distance", x, NO_ROUTE)) for x in (0, -inf, nan, None, 10**400)),
     *(
         (lambda x=x: Wait(x), _said("Wait.seconds", x, "must be >= 0, and finite"))
         for x in (-1.0, inf, nan, "1")

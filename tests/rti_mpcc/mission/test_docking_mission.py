@@ -129,7 +129,7 @@ def test_a_wait_whose_condition_raises_goes_on_until_its_timeout(caplog: pytest.
     driven(mission, YARD, 10.0)
     assert results(mission.log) == [("wait", 0, 0, TIMED_OUT)]
     assert mission.result is TIMED_OUT
-    assert mission.agenda.reason == "not over after 1 s"
+    assert mission.mission_state.reason == "not over after 1 s"
     assert "`until` of a step raised" in caplog.text
 
 
@@ -166,9 +166,9 @@ def test_a_cancelled_mission_ends_in_a_standstill_and_another_one_can_be_driven(
     assert mission.log[-1].result is CANCELLED or mission.log[-1].result is SUCCEEDED
     cancelled = drive.between(at, inf)
     assert {command.status for command in drive.commands[cancelled]} == {Status.WAITING}
-    told = [command.mission for command in drive.commands[cancelled] if command.mission]
-    assert {each.mission_result for each in told} == {CANCELLED}
-    assert {each.result for each in told} == {mission.log[-1].result}
+    unused_goal = [command.mission for command in drive.commands[cancelled] if command.mission]
+    assert {each.mission_result for each in unused_goal} == {CANCELLED}
+    assert {each.result for each in unused_goal} == {mission.log[-1].result}
     speed = abs(float(drive.states[drive.between(at, at + CYCLE), 3][0]))
     assert_stays(drive, at + stop_time(speed))
     # Another one on the same controller, from where that stands.
@@ -257,16 +257,16 @@ def test_a_straight_move_with_too_large_an_error_is_told_before_it_begins_and_do
         return replace(plant, y=0.15)
 
     drive = driven(mission, YARD, 80.0, moved=moved)
-    told = [record for record in mission.log if record.kind == "straight"]
-    assert told[0].result is NOT_REACHED
-    assert "too large to be corrected" in told[0].reason
-    begun, ended = told[0].begin, told[0].end
+    unused_goal = [record for record in mission.log if record.kind == "straight"]
+    assert unused_goal[0].result is NOT_REACHED
+    assert "too large to be corrected" in unused_goal[0].reason
+    begun, ended = unused_goal[0].begin, unused_goal[0].end
     assert ended is not None
     assert ended - begun <= CYCLE
     kinds = [record.kind for record in mission.log]
     assert kinds == ["dock", "wait", "straight", "undock", "dock", "wait", "straight"]
     assert mission.log[3].result is SUCCEEDED
-    assert told[1].result is SUCCEEDED
+    assert unused_goal[1].result is SUCCEEDED
     assert mission.result is SUCCEEDED
     assert drive.error(DOCK.compose(Pose2(0.5, 0.0, 0.0))).within((0.02, 0.025, 0.01))
 
@@ -412,7 +412,7 @@ def test_a_move_that_cannot_begin_leaves_the_body_an_obstacle() -> None:
     mission = mission_in(YARD, [dock, Straight(1.0, tolerance=(0.01, 0.01))])
     driven(mission, YARD, 10.0, start=off)
     assert mission.result is NOT_REACHED
-    assert len(mission.agenda.standing) == 1
+    assert len(mission.mission_state.standing) == 1
     assert len(mission.controller.state.area.obstacles) == 1
 
 
@@ -503,7 +503,7 @@ def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
 
     drive = driven(mission, YARD, 6.0, before=before, after=3.0)
     assert mission.result is NOT_REACHED
-    assert mission.agenda.reason == "internal error: not expected"
+    assert mission.mission_state.reason == "internal error: not expected"
     assert "internal error in a mission" in caplog.text
     assert_stays(drive, 0.0 if name == "start_step" else 2.55 + stop_time(1.2))
     last = drive.commands[-1].mission
@@ -534,7 +534,7 @@ def test_missions_that_are_none_are_refused(steps: list[Any], home: Any, said: s
     controller = DockingController.in_area(YARD, BRISK)
     with pytest.raises(InputError, match=said):
         DockingMission(controller, steps, home=home)
-    assert controller.state.agenda is None
+    assert controller.state.mission_state is None
 
 
 def test_without_a_mission_nothing_is_said_of_one() -> None:
@@ -564,7 +564,7 @@ def test_a_step_that_begins_at_rest_fails_where_that_is_never_known(step: AnySte
         command = mission.step(replace(AT_REST, x=nan), now=CYCLE * k)
         assert np.isfinite([command.acceleration, command.steering_rate]).all()
     assert results(mission.log) == [(step.word, 0, 0, NOT_REACHED)]
-    assert mission.agenda.reason == "the vehicle does not come to rest"
+    assert mission.mission_state.reason == "the vehicle does not come to rest"
     assert mission.log[0].begin == pytest.approx(1.0, abs=1.5 * CYCLE)
 
 

@@ -20,7 +20,7 @@ from rti_mpcc.mission.progress import (
     judge_step,
 )
 from rti_mpcc.orders import GoTo, Stand
-from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
+from rti_mpcc.planning.mission_state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status, VehicleState
 from tests.rti_mpcc.yards import BRISK, YARD
@@ -34,12 +34,14 @@ FAILURES = [MissionResult.NOT_DETECTED, NOT_REACHED, BLOCKED, TIMED_OUT]
 DRIVES: list[AnyStep] = [DriveTo(HERE), Dock(HERE), Undock(1.0), Straight(1.0)]
 
 
-def under_way(*steps: AnyStep, place: int = 0, attempt: int = 0, begun: float | None = 10.0) -> Agenda:
+def under_way(
+    *steps: AnyStep, place: int = 0, attempt: int = 0, started: float | None = 10.0
+) -> MissionState:
     """A mission of these steps, with the one at `place` under way."""
-    due = tuple(Due(step=step, place=k) for k, step in enumerate(steps))[place:]
-    record = StepRecord(kind=steps[place].word, place=place, attempt=attempt, begin=begun or 0.0)
-    due = (replace(due[0], attempt=attempt), *due[1:])
-    return Agenda(due=due, begun=begun, log=() if begun is None else (record,))
+    pending = tuple(PendingStep(step=step, place=k) for k, step in enumerate(steps))[place:]
+    record = StepRecord(kind=steps[place].word, place=place, attempt=attempt, begin=started or 0.0)
+    pending = (replace(pending[0], attempt=attempt), *pending[1:])
+    return MissionState(pending=pending, started=started, log=() if started is None else (record,))
 
 
 # -- the outcome ---------------------------------------------------------------------------------------------
@@ -60,14 +62,14 @@ def lasting(
     some: Command, step: AnyStep, seconds: float, *statuses: Status, **values: Any
 ) -> tuple[MissionResult, float]:
     """Result of a step with these statuses in turn, and its time [s] after the start."""
-    agenda = under_way(step)
+    mission_state = under_way(step)
     for k in range(round(seconds / 0.5)):
         sent = command(some, statuses[k % len(statuses)], **values)
-        outcome = judge_step(agenda, sent, False, 10.0 + 0.5 * k, SETTINGS)
+        outcome = judge_step(mission_state, sent, False, 10.0 + 0.5 * k, SETTINGS)
         if outcome.result is not RUNNING:
             assert outcome.reason in ("why", "", f"not over after {step.timeout:g} s")
             return outcome.result, 0.5 * k
-        agenda = outcome.agenda
+        mission_state = outcome.mission_state
     return RUNNING, seconds
 
 
@@ -87,20 +89,20 @@ def test_a_step_without_progress_fails_after_its_patience_and_each_has_a_timeout
 
 
 def test_while_wheels_are_turned_there_is_no_trouble(some: Command) -> None:
-    agenda = replace(under_way(DriveTo(HERE)), trouble=BLOCKED, trouble_since=9.0)
+    mission_state = replace(under_way(DriveTo(HERE)), trouble=BLOCKED, trouble_since=9.0)
     for status in UNDECIDED:
-        kept = judge_step(agenda, command(some, status), False, 11.0, SETTINGS).agenda
+        kept = judge_step(mission_state, command(some, status), False, 11.0, SETTINGS).mission_state
         assert kept.trouble is BLOCKED
         turns = command(some, status, Reason.TURNS_WHEELS)
-        assert judge_step(agenda, turns, False, 11.0, SETTINGS).agenda.trouble is None
+        assert judge_step(mission_state, turns, False, 11.0, SETTINGS).mission_state.trouble is None
 
 
 @pytest.mark.parametrize("step", DRIVES, ids=lambda step: step.word)
 def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command, step: AnyStep) -> None:
     assert lasting(some, step, 5.0, Status.DOCKED, docked=True) == (SUCCEEDED, SETTINGS.settled)
-    agenda = replace(under_way(step), docked_since=9.9)
-    away = judge_step(agenda, command(some, Status.STARTING), False, 11.0, SETTINGS)
-    assert (away.result, away.agenda.docked_since) == (RUNNING, None)
+    mission_state = replace(under_way(step), docked_since=9.9)
+    away = judge_step(mission_state, command(some, Status.STARTING), False, 11.0, SETTINGS)
+    assert (away.result, away.mission_state.docked_since) == (RUNNING, None)
 
 
 @pytest.mark.parametrize(
@@ -109,11 +111,13 @@ def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command
     ids=["time", "signal", "both"],
 )
 def test_a_wait_is_over_after_its_time_or_by_its_signal(some: Command, step: Wait) -> None:
-    waiting, agenda = command(some, Status.WAITING), under_way(step)
-    assert judge_step(agenda, waiting, True, 10.5, SETTINGS).result is SUCCEEDED
+    waiting, mission_state = command(some, Status.WAITING), under_way(step)
+    assert judge_step(mission_state, waiting, True, 10.5, SETTINGS).result is SUCCEEDED
     for now in (10.5, 12.0, 19.0):
         over = step.seconds is not None and now - 10.0 >= step.seconds
-        assert judge_step(agenda, waiting, False, now, SETTINGS).result is (SUCCEEDED if over else RUNNING)
+        assert judge_step(mission_state, waiting, False, now, SETTINGS).result is (
+            SUCCEEDED if over else RUNNING
+        )
     late = judge_step(under_way(replace(step, timeout=1.0)), waiting, False, 11.0, SETTINGS)
     assert (late.result, late.reason) == (TIMED_OUT, "not over after 1 s")
 
@@ -129,82 +133,100 @@ def test_a_straight_move_is_over_by_its_signal_and_no_other_drive_is(some: Comma
 
 
 def then(
-    agenda: Agenda, result: MissionResult, *steps: AnyStep, home: DriveTo | None = None, direction: int = 1
+    mission_state: MissionState,
+    result: MissionResult,
+    *steps: AnyStep,
+    home: DriveTo | None = None,
+    direction: int = 1,
 ) -> Next:
-    return advance_mission(StepOutcome(agenda, result, "why"), steps, home, direction, 12.0, BACK_OFF)
+    return advance_mission(StepOutcome(mission_state, result, "why"), steps, home, direction, 12.0, BACK_OFF)
 
 
-def due(agenda: Agenda) -> list[tuple[str, int, int]]:
-    return [(each.step.word, each.place, each.attempt) for each in agenda.due]
+def pending(mission_state: MissionState) -> list[tuple[str, int, int]]:
+    return [(each.step.word, each.place, each.attempt) for each in mission_state.pending]
 
 
-def at_dock(agenda: Agenda, dock: Dock, place: int = 0, **values: Any) -> Agenda:
-    return replace(agenda, berth=Berth(dock=dock, place=place, pose=AT, body_at=AT, **values))
+def at_dock(mission_state: MissionState, dock: Dock, place: int = 0, **values: Any) -> MissionState:
+    return replace(mission_state, dock_state=DockState(dock=dock, place=place, pose=AT, body_at=AT, **values))
 
 
 def test_after_success_follows_the_next_step_and_after_the_last_one_the_end() -> None:
     steps = Wait(1.0), DriveTo(AT)
     assert then(under_way(*steps), RUNNING, *steps) == (under_way(*steps), None)
-    agenda, order = then(under_way(*steps), SUCCEEDED, *steps)
-    assert (due(agenda), order, agenda.begun, agenda.result) == ([("drive_to", 1, 0)], None, None, RUNNING)
-    (record,) = agenda.log
+    mission_state, order = then(under_way(*steps), SUCCEEDED, *steps)
+    assert (pending(mission_state), order, mission_state.started, mission_state.result) == (
+        [("drive_to", 1, 0)],
+        None,
+        None,
+        RUNNING,
+    )
+    (record,) = mission_state.log
     assert (record.begin, record.end, record.result, record.reason) == (10.0, 12.0, SUCCEEDED, "why")
-    agenda, order = then(under_way(*steps, place=1), SUCCEEDED, *steps)
-    assert (agenda.due, agenda.result, order) == ((), SUCCEEDED, None)
+    mission_state, order = then(under_way(*steps, place=1), SUCCEEDED, *steps)
+    assert (mission_state.pending, mission_state.result, order) == ((), SUCCEEDED, None)
     assert then(under_way(Straight(1.0)), SUCCEEDED, Straight(1.0)).order == Stand(at_once=True)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_docked_vehicle_knows_its_direction_and_an_undocked_one_is_at_no_dock(direction: int) -> None:
     dock, out = Dock(AT, body=[(1, 0), (2, 0), (2, 1)]), Undock(3.0)
-    there = then(at_dock(under_way(dock, out), dock), SUCCEEDED, dock, out, direction=direction).agenda
-    assert there.berth is not None
-    assert (there.berth.reached, there.berth.came) == (True, direction)
-    away = then(replace(there, begun=11.0), SUCCEEDED, dock, out).agenda
-    assert away.berth is None
+    there = then(at_dock(under_way(dock, out), dock), SUCCEEDED, dock, out, direction=direction).mission_state
+    assert there.dock_state is not None
+    assert (there.dock_state.reached, there.dock_state.incoming_direction) == (True, direction)
+    away = then(replace(there, started=11.0), SUCCEEDED, dock, out).mission_state
+    assert away.dock_state is None
     assert len(away.standing) == 1  # the dock is where it was
 
 
 @pytest.mark.parametrize("result", FAILURES)
 def test_after_failure_the_mission_ends_continues_or_drives_home(result: MissionResult) -> None:
     steps = Wait(1.0), Wait(2.0)
-    agenda, order = then(under_way(*steps), result, *steps, home=HOME)
-    assert (agenda.due, agenda.result, agenda.reason, order) == ((), result, "why", Stand())
-    assert agenda.log[-1].result is result
+    mission_state, order = then(under_way(*steps), result, *steps, home=HOME)
+    assert (mission_state.pending, mission_state.result, mission_state.reason, order) == (
+        (),
+        result,
+        "why",
+        Stand(),
+    )
+    assert mission_state.log[-1].result is result
     steps = Wait(1.0, then="continue"), Wait(2.0)
-    agenda, order = then(under_way(*steps), result, *steps)
-    assert (due(agenda), agenda.result, order) == ([("wait", 1, 0)], RUNNING, Stand())
-    last = then(under_way(steps[0]), result, steps[0]).agenda
-    assert (last.due, last.result) == ((), result)
+    mission_state, order = then(under_way(*steps), result, *steps)
+    assert (pending(mission_state), mission_state.result, order) == ([("wait", 1, 0)], RUNNING, Stand())
+    last = then(under_way(steps[0]), result, steps[0]).mission_state
+    assert (last.pending, last.result) == ((), result)
     steps = Wait(1.0, then="home"), Wait(2.0)
-    agenda, order = then(under_way(*steps), result, *steps, home=HOME)
-    assert ([each.step for each in agenda.due], agenda.result, order) == ([HOME], result, Stand())
+    mission_state, order = then(under_way(*steps), result, *steps, home=HOME)
+    assert ([each.step for each in mission_state.pending], mission_state.result, order) == (
+        [HOME],
+        result,
+        Stand(),
+    )
     for ends in (SUCCEEDED, TIMED_OUT):  # home is no success
-        home = then(replace(agenda, begun=11.0), ends, *steps, home=HOME).agenda
-        assert (home.due, home.result) == ((), result)
+        home = then(replace(mission_state, started=11.0), ends, *steps, home=HOME).mission_state
+        assert (home.pending, home.result) == ((), result)
 
 
 def test_home_that_says_home_is_driven_to_once() -> None:
     home = DriveTo(AT, then="home")
-    agenda = replace(under_way(home), result=BLOCKED)
-    assert then(agenda, TIMED_OUT, Wait(1.0), home=home).agenda.due == ()
+    mission_state = replace(under_way(home), result=BLOCKED)
+    assert then(mission_state, TIMED_OUT, Wait(1.0), home=home).mission_state.pending == ()
 
 
 def test_a_step_is_tried_again_as_often_as_it_says_and_then_fails() -> None:
     steps = Wait(1.0, retries=2), Wait(2.0)
     for attempt in (0, 1):
-        agenda, order = then(under_way(*steps, attempt=attempt), TIMED_OUT, *steps)
-        assert due(agenda) == [("wait", 0, attempt + 1), ("wait", 1, 0)]
-        assert (order, agenda.result, agenda.begun) == (Stand(), RUNNING, None)
-    last = then(under_way(*steps, attempt=2), TIMED_OUT, *steps).agenda
-    assert (last.due, last.result) == ((), TIMED_OUT)
+        mission_state, order = then(under_way(*steps, attempt=attempt), TIMED_OUT, *steps)
+        assert pending(mission_state) == [("wait", 0, attempt + 1), ("wait", 1, 0)]
+        assert (order, mission_state.result, mission_state.started) == (Stand(), RUNNING, None)
+    last = then(under_way(*steps, attempt=2), TIMED_OUT, *steps).mission_state
+    assert (last.pending, last.result) == ((), TIMED_OUT)
 
 
 def test_from_an_earlier_step_all_in_between_are_done_once_more() -> None:
     steps = Wait(1.0), DriveTo(AT), Undock(2.0), Wait(4.0, retries=1, retry_from=1), Wait(5.0)
-    agenda = then(under_way(*steps, place=3), TIMED_OUT, *steps).agenda
-    assert due(agenda) == [("drive_to", 1, 0), ("undock", 2, 0), ("wait", 3, 1), ("wait", 4, 0)]
-    assert [each.step for each in agenda.due] == list(steps[1:])
+    mission_state = then(under_way(*steps, place=3), TIMED_OUT, *steps).mission_state
+    assert pending(mission_state) == [("drive_to", 1, 0), ("undock", 2, 0), ("wait", 3, 1), ("wait", 4, 0)]
+    assert [each.step for each in mission_state.pending] == list(steps[1:])
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -214,10 +236,10 @@ def test_before_docking_again_the_vehicle_drives_out_of_the_dock(
 ) -> None:
     dock = Dock(AT, approach=None if length is None else Approach(length, direction))
     steps = dock, Wait(1.0), Straight(0.5 * direction, retries=1, retry_from=0)
-    agenda = at_dock(under_way(*steps, place=2), dock, reached=True, came=direction)
-    agenda = then(agenda, NOT_REACHED, *steps).agenda
-    assert due(agenda) == [("undock", 0, 0), ("dock", 0, 0), ("wait", 1, 0), ("straight", 2, 1)]
-    out = agenda.due[0].step
+    mission_state = at_dock(under_way(*steps, place=2), dock, reached=True, incoming_direction=direction)
+    mission_state = then(mission_state, NOT_REACHED, *steps).mission_state
+    assert pending(mission_state) == [("undock", 0, 0), ("dock", 0, 0), ("wait", 1, 0), ("straight", 2, 1)]
+    out = mission_state.pending[0].step
     assert isinstance(out, Undock)
     assert (out.distance, out.then) == (-direction * max(BACK_OFF, length or 0.0), "continue")
 
@@ -226,13 +248,13 @@ def test_without_a_known_direction_the_approach_tells_or_it_does_not_drive_out()
     for approach, first in ((Approach(2.0, -1), "undock"), (None, "dock")):
         dock = Dock(AT, approach=approach)
         steps = dock, Wait(1.0, retries=1, retry_from=0)
-        agenda = at_dock(under_way(*steps, place=1), dock, reached=True)
-        assert then(agenda, TIMED_OUT, *steps).agenda.due[0].step.word == first
+        mission_state = at_dock(under_way(*steps, place=1), dock, reached=True)
+        assert then(mission_state, TIMED_OUT, *steps).mission_state.pending[0].step.word == first
 
 
 def test_a_dock_that_was_not_reached_is_docked_at_where_it_was_found() -> None:
     steps = (Dock(retries=1),)
-    (again,) = then(at_dock(under_way(*steps), steps[0]), NOT_REACHED, *steps).agenda.due
+    (again,) = then(at_dock(under_way(*steps), steps[0]), NOT_REACHED, *steps).mission_state.pending
     assert isinstance(again.step, Dock)
     assert (again.attempt, again.step.pose) == (1, AT)
 
@@ -240,8 +262,8 @@ def test_a_dock_that_was_not_reached_is_docked_at_where_it_was_found() -> None:
 @pytest.mark.parametrize("reached", [False, True])
 def test_another_dock_is_not_taken_for_the_one_without_a_pose(reached: bool) -> None:
     steps = Dock(), Undock(3.0), Dock(AT, retries=1, retry_from=0)
-    agenda = at_dock(under_way(*steps, place=2), steps[2], place=2, reached=reached)
-    found = then(agenda, NOT_REACHED, *steps).agenda.due
+    mission_state = at_dock(under_way(*steps, place=2), steps[2], place=2, reached=reached)
+    found = then(mission_state, NOT_REACHED, *steps).mission_state.pending
     (first, *_) = [each.step for each in found if each.place == 0 and isinstance(each.step, Dock)]
     assert first.pose is None
 
@@ -249,22 +271,26 @@ def test_another_dock_is_not_taken_for_the_one_without_a_pose(reached: bool) -> 
 @pytest.mark.parametrize("result", FAILURES)
 def test_if_one_end_of_an_undocking_is_not_reached_the_next_one_is_tried(result: MissionResult) -> None:
     ends, step = (HERE, AT, Pose2(7.0, 0.0, 0.0)), Undock(4.0)
-    agenda = replace(under_way(step), ways_out=ends, trouble=BLOCKED, trouble_since=3.0)
-    found, order = then(agenda, result, step)
+    mission_state = replace(under_way(step), undock_candidates=ends, trouble=BLOCKED, trouble_since=3.0)
+    found, order = then(mission_state, result, step)
     if result not in (NOT_REACHED, BLOCKED):
-        assert (found.due, found.result) == ((), result)
+        assert (found.pending, found.result) == ((), result)
         return
-    assert (found.ways_out, found.trouble, found.begun) == (ends[1:], None, 10.0)
+    assert (found.undock_candidates, found.trouble, found.started) == (ends[1:], None, 10.0)
     assert isinstance(order, GoTo)
     assert (order.goal, order.terms.tolerance, found.log[-1].goal) == (AT, (0.2, 0.2, 0.1), AT)
-    last = then(replace(found, ways_out=ends[2:]), result, step).agenda
-    assert (last.due, last.result, last.ways_out) == ((), result, ())
+    last = then(replace(found, undock_candidates=ends[2:]), result, step).mission_state
+    assert (last.pending, last.result, last.undock_candidates) == ((), result, ())
 
 
 def test_a_mission_that_is_ended_drops_all_that_is_left() -> None:
     steps = Wait(1.0), Wait(2.0)
-    agenda, order = end_mission(under_way(*steps), MissionResult.CANCELLED, "", 11.0)
-    assert (agenda.due, agenda.result, order) == ((), MissionResult.CANCELLED, Stand(at_once=True))
-    assert (agenda.log[-1].end, agenda.log[-1].result) == (11.0, MissionResult.CANCELLED)
-    between = end_mission(under_way(*steps, begun=None), MissionResult.CANCELLED, "", 11.0).agenda
+    mission_state, order = end_mission(under_way(*steps), MissionResult.CANCELLED, "", 11.0)
+    assert (mission_state.pending, mission_state.result, order) == (
+        (),
+        MissionResult.CANCELLED,
+        Stand(at_once=True),
+    )
+    assert (mission_state.log[-1].end, mission_state.log[-1].result) == (11.0, MissionResult.CANCELLED)
+    between = end_mission(under_way(*steps, started=None), MissionResult.CANCELLED, "", 11.0).mission_state
     assert (between.log, between.result) == ((), MissionResult.CANCELLED)

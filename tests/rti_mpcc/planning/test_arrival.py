@@ -9,8 +9,8 @@ from rti_mpcc.planning.arrival import (
     LEAST_TIME,
     WAITING_REACH,
     cubic_motion,
-    paced_motion,
     peak_speed,
+    profiled_motion,
     time_to_go,
 )
 from rti_mpcc.types import Array
@@ -88,7 +88,7 @@ def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, l
     distance, allowed = 40.0, narrow(40.0)
     duration = later * time_to_go(distance, speed, COMFORT, LEAST, allowed)
     elapsed = np.linspace(0.0, duration, 2001)
-    s, rate = paced_motion(elapsed, distance, speed, COMFORT, allowed)
+    s, rate = profiled_motion(elapsed, distance, speed, COMFORT, allowed)
     assert s[0] == 0.0
     assert s[-1] == pytest.approx(distance)
     assert rate[-1] == pytest.approx(0.0, abs=1e-9)
@@ -108,7 +108,7 @@ def test_where_any_speed_is_allowed_both_motions_are_the_one_of_least_energy(
     elapsed = np.linspace(0.0, duration, 20)
     expected = [cubic(distance, speed, duration, t)[:2] for t in elapsed]
     np.testing.assert_allclose(np.transpose(cubic_motion(elapsed, distance, speed)), expected, atol=1e-9)
-    paced = paced_motion(elapsed, distance, speed, COMFORT, np.full(800, 50.0))
+    paced = profiled_motion(elapsed, distance, speed, COMFORT, np.full(800, 50.0))
     np.testing.assert_allclose(np.transpose(paced), expected, atol=0.02 * distance)
 
 

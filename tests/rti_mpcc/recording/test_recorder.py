@@ -103,7 +103,7 @@ def test_what_is_no_input_at_all_is_recorded_as_nan_and_said(name: str, given: A
     diagnostics = command.diagnostics
     said = [diagnostics.reason, *(judgement.reason for judgement in diagnostics.detections)]
     assert any("nan" in reason or "not finite" in reason for reason in said), said
-    assert diagnostics.cause is not Reason.MISTAKE
+    assert diagnostics.cause is not Reason.INTERNAL_ERROR
     assert len(read_recording(tmp_path / "run.jsonl").cycles) == 1
     assert replay(tmp_path / "run.jsonl").identical
 

@@ -150,7 +150,7 @@ def test_one_changed_bit_is_found_at_its_cycle(recording: Path, cycle: int, edit
         (7, add(0.5, "inputs", "goal", "y"), "command.acceleration"),
         (DETECTED, add(1e-3, "inputs", "measurements", 0, "x"), "command.diagnostics.goal.pose.x"),
         (DETECTED, add(1e-3, *COVARIANCE), "command.diagnostics.goal.covariance[0][0]"),
-        (AWAY, put(False, "inputs", "goal_cleared"), "command.diagnostics.aim.x"),
+        (AWAY, put(False, "inputs", "goal_cleared"), "command.diagnostics.target.x"),
         (9, put([False], "decisions", "granted"), "decisions.stops"),
         (9, put([["forced to fail", 0]], "decisions", "stops"), "command.source"),
         (9, put("braking", "command", "source"), "command.source"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, PathChange, mended_path
+from rti_mpcc import ControllerConfig, DockingController, PathChange, repaired_path
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
@@ -52,7 +52,7 @@ def test_a_path_is_made_smooth_and_stays_near_itself(
 ) -> None:
     given = ReferencePath.from_waypoints(points, direction)
     assert given.max_curvature > 2.0 * CONFIG.max_curvature or points is ZIGZAG
-    made = mended_path(given, OPEN, CONFIG)
+    made = repaired_path(given, OPEN, CONFIG)
     assert made.path.max_curvature <= CONFIG.max_curvature
     assert len(made.path.parts) == 1
     for pose, own in ((made.path.start, given.start), (made.path.end, given.end)):
@@ -69,7 +69,7 @@ def test_a_path_is_made_smooth_and_stays_near_itself(
 def test_what_can_be_driven_stays_as_it_is() -> None:
     tight = [(1, 0.99 * CONFIG.max_curvature, 5.0), (-1, -CONFIG.max_curvature, 5.0)]
     path = ReferencePath.from_segments(Pose2(1.0, 2.0, 3.0), tight)
-    made = mended_path(path, OPEN, CONFIG)
+    made = repaired_path(path, OPEN, CONFIG)
     assert made.path is path
     assert made.changes == ()
 
@@ -77,7 +77,7 @@ def test_what_can_be_driven_stays_as_it_is() -> None:
 def test_only_what_is_bent_too_sharply_is_changed_with_some_way_around_it() -> None:
     sharp = [(1, 0.0, 30.0), (1, 1.0, 1.0), (1, 0.0, 30.0), (-1, 0.1, 20.0), (-1, -0.5, 0.5), (-1, 0.0, 20.0)]
     given = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), sharp)
-    made = mended_path(given, Area(obstacles=[[(-40.0, -40.0), (-39.0, -40.0), (-40.0, -39.0)]]), CONFIG)
+    made = repaired_path(given, Area(obstacles=[[(-40.0, -40.0), (-39.0, -40.0), (-40.0, -39.0)]]), CONFIG)
     assert [change.part for change in made.changes] == [0, 1]
     first, second = made.changes
     assert 15.0 < first.start < first.end < 46.0
@@ -97,7 +97,7 @@ def test_what_is_smooth_keeps_clear_and_else_the_path_stays_and_it_is_said() -> 
     outside = [(16.4, 20.0), (16.4, -1.4), (0.0, -1.4), (0.0, -2.0), (17.0, -2.0), (17.0, 20.0)]
     for obstacles, smooth in (([inside], True), ([outside], True), ([inside, outside], False)):
         area = Area(boundary=OPEN.boundary, obstacles=obstacles)
-        made = mended_path(given, area, CONFIG)
+        made = repaired_path(given, area, CONFIG)
         if smooth:
             assert made.path.max_curvature <= CONFIG.max_curvature
             assert clearance(made.path, area) >= CONFIG.clearance.least - 1e-3
@@ -156,11 +156,11 @@ def test_a_path_on_which_the_body_meets_something_is_led_past_it(direction: int)
     """A body that follows the bend into the slot meets its edge with a corner: it has to swing out before."""
     given, corridor = slot(direction, 6.0)
     area = area_along(given, corridor, CONFIG)
-    (change,) = mended_path(given, area, CONFIG).changes
-    assert change.room < 0.0 < change.needed
+    (change,) = repaired_path(given, area, CONFIG).changes
+    assert change.clearance < 0.0 < change.needed
     assert change.curvature <= change.possible
     assert "m, at least 0.05 m is required: made smooth" in str(change)
-    path = mended_path(given, area, CONFIG).path
+    path = repaired_path(given, area, CONFIG).path
     assert [part.direction for part in path.parts] == [direction]
     assert clearance(path, area) >= CONFIG.clearance.least - 1e-3
     assert path.max_curvature <= CONFIG.max_curvature
@@ -175,5 +175,5 @@ def test_where_no_way_leads_through_in_one_go_the_path_stays(caplog: pytest.LogC
     assert controller.path is given
     (change,) = controller.path_changes
     assert change.aside is None
-    assert change.room < 0.0
+    assert change.clearance < 0.0
     assert str(change) not in caplog.messages

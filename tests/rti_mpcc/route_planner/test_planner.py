@@ -305,9 +305,9 @@ NO_ROUTE = {
         [box(FRONT + 0.02, -2.0, FRONT + 1.0, 2.0)], START, PlanOutcome.GOAL_IN_COLLISION,
         "has a clearance of 0.020 m, at least 0.05 m is required",
     ),
-    "a wall": ([box(8.0, -11.0, 8.5, 11.0)], Pose2(15.0, 0.0, 0.0), PlanOutcome.NO_WAY, "nodes expanded"),
+    "a wall": ([box(8.0, -11.0, 8.5, 11.0)], Pose2(15.0, 0.0, 0.0), PlanOutcome.NO_ROUTE, "nodes expanded"),
     "a narrow gap": (
-        [box(8.0, -11.0, 8.5, -0.9), box(8.0, 0.9, 8.5, 11.0)], Pose2(15.0, 0.0, 0.0), PlanOutcome.NO_WAY,
+        [box(8.0, -11.0, 8.5, -0.9), box(8.0, 0.9, 8.5, 11.0)], Pose2(15.0, 0.0, 0.0), PlanOutcome.NO_ROUTE,
         "nodes expanded",
     ),
 }  # fmt: skip
@@ -319,7 +319,7 @@ def test_where_there_is_no_route_the_reason_is_given(
 ) -> None:
     small = with_route(searches=((1.0, 3.0),), nodes=4000)
     manoeuvre = plan_manoeuvre(START, goal, Area(boundary=YARD, obstacles=obstacles), small)
-    spent = outcome is PlanOutcome.NO_WAY and manoeuvre.outcome is PlanOutcome.BUDGET_SPENT
+    spent = outcome is PlanOutcome.NO_ROUTE and manoeuvre.outcome is PlanOutcome.BUDGET_SPENT
     assert manoeuvre.outcome is outcome or spent
     assert said in manoeuvre.reason
     assert (manoeuvre.found, manoeuvre.segments, manoeuvre.length, manoeuvre.cusps) == (False, (), 0.0, 0)
@@ -332,7 +332,7 @@ def test_a_last_arc_that_is_not_clear_is_the_reason() -> None:
     area = Area(obstacles=[*walls, box(9.0, -3.0, 11.0, -2.0)])
     config = with_route(CONFIG.changed(vehicle={"width": 1.2}), final_straight=6.0)
     manoeuvre = plan_manoeuvre(START, Pose2(10.0, 3.0, 0.5 * pi), area, config)
-    assert manoeuvre.outcome is PlanOutcome.NO_WAY
+    assert manoeuvre.outcome is PlanOutcome.NO_ROUTE
     assert manoeuvre.reason == "no straight route of 6.0 m into the goal is clear"
 
 

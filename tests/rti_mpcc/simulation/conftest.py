@@ -98,7 +98,7 @@ class Scripted:
             solver_status="solved" if self.iterations(now) else "",
             iterations=self.iterations(now),
             reason="",
-            aim=Pose2(0.0, 0.0, 0.0),
+            target=Pose2(0.0, 0.0, 0.0),
             goal=None,
             deadline_missed=False,
             **solver,

@@ -15,13 +15,13 @@ import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour.conditions import SETTLE_SHARE
-from rti_mpcc.behaviour.transitions import onto_way, without_way
+from rti_mpcc.behaviour.transitions import onto_route, without_route
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import takes_too_long
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.planning import aim, ways
+from rti_mpcc.planning import goal_setpoint, route_start
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
@@ -81,18 +81,18 @@ class ReplanRequest:
         return same or not obstacles_changed(self.area.standing, area.standing, least)
 
 
-class Rerouter:
+class Replanner:
     """Plans the routes of one controller in its area."""
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
-        self._asked: ReplanRequest | None = None
+        self._request: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
         self._outdated = False  # the search was started in another area
 
     def forget(self) -> None:
         """Drop the search."""
-        self._asked = self._planning = None
+        self._request = self._planning = None
         self._outdated = False
 
     def in_another(self, s: ControllerState, area: Area) -> ControllerState:
@@ -106,9 +106,9 @@ class Rerouter:
         if not changes:
             return s
         self._area = area
-        asked = self._asked
-        if asked is not None and (
-            self._in_vain or ways.are_between(asked.start, asked.goal, changes, self._config)
+        request = self._request
+        if request is not None and (
+            self._failed or route_start.are_between(request.start, request.goal, changes, self._config)
         ):
             self.forget()
         self._outdated = self._planning is not None
@@ -118,22 +118,22 @@ class Rerouter:
         """The state with another route, if one is needed and found, or without any, if one is needed."""
         route = s.route
         assert route is not None
-        if _as_it_is(s):
+        if _stays(s):
             return s
         if s.task.phase is Phase.PLANNING:
-            here = ways.here(s, self._config)
+            here = route_start.here(s, self._config)
             if apart(here, s.path.start) > OFF_PATH:
                 # It is first measured there, or was relocated: nothing would be driven so far off a route.
-                s = without_way(s, *standing_route(here), route.why)
-            return self._answered(s)
-        why = self._asks(s)
-        if why and s.on_planned_way:
-            s = without_way(s, *standing_route(ways.here(s, self._config)), why)
+                s = without_route(s, *standing_route(here), route.replan_reason)
+            return self._with_result(s)
+        why = self._replan_reason(s)
+        if why and s.on_planned_route:
+            s = without_route(s, *standing_route(route_start.here(s, self._config)), why)
         else:
-            wanted = route.wanted if why or s.task.drives else ""
-            if (why, wanted) != (route.why, route.wanted):
-                s = replace(s, route=replace(route, why=why, wanted=wanted))
-        return self._answered(s)
+            wanted = route.request if why or s.task.drives else ""
+            if (why, wanted) != (route.replan_reason, route.request):
+                s = replace(s, route=replace(route, replan_reason=why, request=wanted))
+        return self._with_result(s)
 
     def area_known(self, s: ControllerState) -> Area:
         """The area with all known static obstacles."""
@@ -143,37 +143,37 @@ class Rerouter:
         """The state of a vehicle that leaves its route and replans in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        return without_way(s, *standing_route(ways.here(s, self._config)), why)
+        return without_route(s, *standing_route(route_start.here(s, self._config)), why)
 
     def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
         """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
         s = self.leaving(s, "")
         assert s.route is not None
-        route = replace(s.route, manoeuvre=manoeuvre, ways=s.route.ways + 1, fixed=True)
-        return onto_way(s, manoeuvre, route)
+        route = replace(s.route, manoeuvre=manoeuvre, routes=s.route.routes + 1, fixed=True)
+        return onto_route(s, manoeuvre, route)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Plan with the time that this cycle has left."""
-        asked = self._needed(s)
-        if asked is None:
+        request = self._needed(s)
+        if request is None:
             return s
         margin = self._config.clearance.wanted
-        if self._asked is None or not self._asked.matches(asked, _UNMOVED, margin):
+        if self._request is None or not self._request.matches(request, _UNMOVED, margin):
             known = self.area_known(s)
-            self._asked = asked
+            self._request = request
             # A vehicle that has driven and asks is not well inside: it has to get there.
-            driven = s.route is not None and s.route.ways > 0
+            driven = s.route is not None and s.route.routes > 0
             there = SETTLE_SHARE if driven else 1.0
             config = s.goal.terms.on(self._config)
-            keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.followed is None]
+            keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
             self._planning = RoutePlanning(
-                asked.start, asked.goal, known, config, asked.incoming, there=there, keep_out=keep_out
+                request.start, request.goal, known, config, request.incoming, there=there, keep_out=keep_out
             )
         planning = self._planning
         assert planning is not None
         before = planning.seconds
         assert s.route is not None
-        wanted = s.route.wanted != "" and s.task.phase is Phase.STARTING and s.is_stationary
+        wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.is_stationary
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
         for _ in range(_SLICES_AT_REST if waits else _SLICES):
             if planning.manoeuvre is not None:
@@ -186,71 +186,75 @@ class Rerouter:
             return s
         return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))
 
-    def _asks(self, s: ControllerState) -> str:
+    def _replan_reason(self, s: ControllerState) -> str:
         """Why another route is needed, or ""."""
         route, task = s.route, s.task
         assert route is not None
         if s.goal.rejected:
             return ""
-        if route.wanted and task.phase is Phase.STARTING and s.is_stationary:
-            return route.wanted
-        goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
-        waits = aim.waits_for_dock(s.goal, self._config)
+        if route.request and task.phase is Phase.STARTING and s.is_stationary:
+            return route.request
+        goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_route else None
+        waits = goal_setpoint.waits_for_dock(s.goal, self._config)
         if goal is not None and planned is not None and not waits and self._elsewhere(goal, planned.goal):
             return "the goal has moved"
-        if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
+        if (
+            task.phase is Phase.HOLDING
+            and task.stop is not None
+            and not route_start.was_searched(s, self._config)
+        ):
             return "something blocks the route"
-        if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or ways.was_asked(s, self._config):
+        if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or route_start.was_searched(s, self._config):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
-        if task.halt is not None:
+        if task.yielding is not None:
             return "something is in the way"
-        if task.phase is Phase.STARTING and task.latched:
-            return task.latched
+        if task.phase is Phase.STARTING and task.stop_reason:
+            return task.stop_reason
         return ""
 
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
-        position, heading = ways.GOAL_MOVED
+        position, heading = route_start.GOAL_MOVED
         off = goal.relative_to(planned)
         return apart(goal, planned) > self._config.size * position or abs(off.phi) > heading
 
     def _needed(self, s: ControllerState) -> ReplanRequest | None:
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
-        if goal is None or monitor.state is None or monitor.why or route is None or _as_it_is(s):
+        if goal is None or monitor.state is None or monitor.doubt or route is None or _stays(s):
             return None
         if s.goal.rejected:
             return None
         # A search continues while the vehicle stands, and its route is driven if it is asked for again.
-        begun = self._planning is not None and s.task.phase is not Phase.HOLDING
-        stuck = not s.on_planned_way and (route.why or (begun and s.is_stationary))
+        started = self._planning is not None and s.task.phase is not Phase.HOLDING
+        stuck = not s.on_planned_route and (route.replan_reason or (started and s.is_stationary))
         if s.task.phase is Phase.PLANNING or stuck:
             if not s.vehicle.is_stationary(s.now, s.vehicle.dead_time):
                 return None
-            return ReplanRequest(start=ways.here(s, self._config), goal=goal, area=s.area)
-        if s.task.drives and (s.task.stop is not None or route.wanted):
+            return ReplanRequest(start=route_start.here(s, self._config), goal=goal, area=s.area)
+        if s.task.drives and (s.task.stop is not None or route.request):
             return self._ahead(s, goal)
         return None
 
     def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
         """From where the vehicle will be soon, or will stand."""
-        last, config, stop = self._asked, self._config, s.task.stop
+        last, config, stop = self._request, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
             if last.at is not None and s.now <= last.at:
                 return last
             # The route came too late: once more with twice the time, if the vehicle drives by then.
-            asked = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
+            request = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
         else:
-            asked = _driving(s, goal, _JOIN_AFTER, config) if ways.on_the_move(s) else None
-        if asked is not None:
-            return asked
+            request = _driving(s, goal, _JOIN_AFTER, config) if route_start.on_the_move(s) else None
+        if request is not None:
+            return request
         if stop is None:
             return None
         part = s.task.segment.part
         return ReplanRequest(start=part.pose(min(stop.at, part.end)), goal=goal, area=s.area)
 
     @property
-    def _in_vain(self) -> bool:
+    def _failed(self) -> bool:
         """Whether the search has ended without a route."""
         found = None if self._planning is None else self._planning.manoeuvre
         return found is not None and not found.found
@@ -261,42 +265,44 @@ class Rerouter:
         if found is None or not self._outdated:
             return found
         self._outdated = False
-        if not self._in_vain and ways.is_clear(found, self._area, self._config):
+        if not self._failed and route_start.is_clear(found, self._area, self._config):
             return found
         self.forget()
         return None
 
-    def _answered(self, s: ControllerState) -> ControllerState:
+    def _with_result(self, s: ControllerState) -> ControllerState:
         """With the route that was found for where the vehicle is, or the reason why there is none."""
         found, route, config = self._found(), s.route, self._config
-        if found is None or route is None or self._asked is None:
+        if found is None or route is None or self._request is None:
             return s
-        asked = self._needed(s)
-        if asked is None or not self._asked.matches(asked, ways.near_enough(config), config.clearance.wanted):
+        request = self._needed(s)
+        if request is None or not self._request.matches(
+            request, route_start.near_enough(config), config.clearance.wanted
+        ):
             return s
         planning = s.task.phase is Phase.PLANNING
-        told = replace(route, manoeuvre=found, changes=s.area.changes)
-        if asked.at is not None:
+        updated = replace(route, manoeuvre=found, changes=s.area.changes)
+        if request.at is not None:
             # Once its own time has come.
-            there = s.now + s.vehicle.dead_time >= asked.at - 0.5 * config.cycle
-            if not (there and asked.is_joined_by(found)):
+            there = s.now + s.vehicle.dead_time >= request.at - 0.5 * config.cycle
+            if not (there and request.is_joined_by(found)):
                 return s
-        elif not (planning or route.why):
+        elif not (planning or route.replan_reason):
             return s  # it is still on its way to where that would begin
         elif not found.found:
             since = route.since if planning else s.now
             why = found.reason if planning else ""
-            return replace(s, route=replace(told, why=why, wanted="", since=since))
+            return replace(s, route=replace(updated, replan_reason=why, request="", since=since))
         elif takes_too_long(s, found, config):
             self.forget()
-            return replace(s, route=replace(route, why="", wanted=""))
+            return replace(s, route=replace(route, replan_reason="", request=""))
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
-        return onto_way(s, found, told)
+        updated = replace(updated, routes=route.routes + 1, replan_reason="", request="", since=s.now)
+        return onto_route(s, found, updated)
 
 
-def _as_it_is(s: ControllerState) -> bool:
+def _stays(s: ControllerState) -> bool:
     """Whether it never replans now."""
     return s.task.phase is Phase.WAITING or (s.route is not None and s.route.fixed)
 

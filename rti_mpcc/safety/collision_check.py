@@ -33,13 +33,13 @@ from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
+from rti_mpcc.planning.route_start import CHECK_SPACING
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import Obstacle, Surroundings
-from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.types import Array, Trajectory
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
-SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
+SWING_CLEARANCE = 0.33  # of the body's width, left to swing out past what blocks the route
 CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
 OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
 
@@ -79,7 +79,7 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
     deepest = int(np.argmax(depth))
     if depth[deepest] <= 0.0:
         return None
-    met = met_by(states[deepest, :POSE], surroundings, part, config, within=0.0)
+    met = nearest_object(states[deepest, :POSE], surroundings, part, config, within=0.0)
     return Overlap(float(depth[deepest]), *met)
 
 
@@ -176,12 +176,12 @@ def _meets(
             near[n] = 1
 
 
-def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
+def object_ahead(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
     ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
-    return met_by(state, s.area, s.task.segment.index, config, ahead)
+    return nearest_object(state, s.area, s.task.segment.index, config, ahead)
 
 
 def bodies_along(plan: Trajectory, config: ControllerConfig, reach: float = inf) -> tuple[Array, Array]:
@@ -202,7 +202,7 @@ def _times(plan: Trajectory, marks: Array) -> Array:
 
 def stop_clearance(config: ControllerConfig) -> float:
     """Distance that a planned stop keeps from what blocks the route [m], with room to swing out past it."""
-    return SWING_ROOM * config.vehicle.width + config.clearance.wanted + CHECK_SPACING
+    return SWING_CLEARANCE * config.vehicle.width + config.clearance.wanted + CHECK_SPACING
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:
@@ -236,7 +236,7 @@ class _Near(NamedTuple):
     shape: shapely.Geometry
 
 
-def met_by(
+def nearest_object(
     state: Array,
     surroundings: Surroundings,
     part: int,

@@ -38,7 +38,7 @@ BEFORE_A_CYCLE = {
     "estimation/track.py": {"filterpy.kalman"},  # a filter is made: with each controller
     "geometry/area.py": {"geometry.map_file"},  # a map is read
     "geometry/interpolation.py": {"scipy.interpolate"},  # a path is drawn through points
-    "rti_mpcc/docking.py": {"rti_mpcc.rerouting", "rti_mpcc.route_planner.path_repair"},  # one is made
+    "rti_mpcc/docking.py": {"rti_mpcc.replanning", "rti_mpcc.route_planner.path_repair"},  # one is made
     "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
     "rti_mpcc/planning/timing.py": {"scipy.optimize"},  # a configuration for a docking time is made
 }
@@ -62,7 +62,7 @@ def fresh(*command: str) -> str:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_first_event_of_a_kind_loads_nothing(kind: str, tmp_path: Path) -> None:
-    found = json.loads(fresh("-m", "tests.doors.first_events", kind, str(tmp_path)))
+    found = json.loads(fresh("-m", "tests.inputs.first_events", kind, str(tmp_path)))
     assert found == {"loaded": [], "happened": True}
 
 

@@ -46,15 +46,17 @@ def between(contacts: Array, n: int, side: int) -> float:
 
     `contacts`: (n, pieces, sides, 5), see geometry.contacts.
     """
-    room = inf
+    side_clearance = inf
     here = _nearest(contacts, n, side)
     for other in range(contacts.shape[2]):
         there = _nearest(contacts, n, other)
         cosine = contacts[n, here, side, ALONG] * contacts[n, there, other, ALONG]
         cosine += contacts[n, here, side, ACROSS] * contacts[n, there, other, ACROSS]
         if other != side and cosine < FACING:
-            room = min(room, 0.5 * (contacts[n, here, side, APART] + contacts[n, there, other, APART]))
-    return room
+            side_clearance = min(
+                side_clearance, 0.5 * (contacts[n, here, side, APART] + contacts[n, there, other, APART])
+            )
+    return side_clearance
 
 
 @inner
@@ -68,17 +70,17 @@ def _nearest(contacts: Array, n: int, side: int) -> int:
 
 
 @kernel
-def _least_room(contacts: Array4) -> Out1:
-    room = np.empty(len(contacts))
+def _least_clearance(contacts: Array4) -> Out1:
+    side_clearance = np.empty(len(contacts))
     for n in range(len(contacts)):
-        room[n] = inf
+        side_clearance[n] = inf
         for side in range(contacts.shape[2]):
-            room[n] = min(room[n], between(contacts, n, side))
-    return room
+            side_clearance[n] = min(side_clearance[n], between(contacts, n, side))
+    return side_clearance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Room:
+class SideClearance:
     """Room beside the body along a part.
 
     Attributes:
@@ -107,33 +109,37 @@ class Room:
         return np.maximum(self.speed_at(theta), speed - config.comfort_acceleration * elapsed)
 
 
-def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
+def side_clearance_along(
+    part: PathPart, corridor: Corridor, index: int, config: ControllerConfig
+) -> SideClearance:
     """The room on a part, which is the route's `index`-th, and the speeds that it allows."""
     theta = part.places(SPACING)
-    walls = _room(part, corridor.with_obstacles(()), index, theta, config)
-    found = Room(theta=theta, walls=walls, speed=walls)
+    walls = _side_clearance(part, corridor.with_obstacles(()), index, theta, config)
+    found = SideClearance(theta=theta, walls=walls, speed=walls)
     return with_obstacles(found, part, corridor, index, config)
 
 
 def with_obstacles(
-    room: Room, part: PathPart, corridor: Corridor, index: int, config: ControllerConfig
-) -> Room:
+    side_clearance: SideClearance, part: PathPart, corridor: Corridor, index: int, config: ControllerConfig
+) -> SideClearance:
     """The same beside the obstacles of another corridor with the same boundaries."""
-    left: Array = room.walls
+    left: Array = side_clearance.walls
     if corridor.obstacles:
-        at = part.reference(room.theta)
+        at = part.reference(side_clearance.theta)
         poses = np.column_stack([at.x, at.y, at.phi])
         apart = corridor.kept_out.signed_distances(POINT, poses, OBSTACLE_REACH)
         near = np.flatnonzero((apart < OBSTACLE_REACH).any(axis=1))
-        beside = _room(part, corridor, index, room.theta[near], config)
+        beside = _side_clearance(part, corridor, index, side_clearance.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
         fits = beside >= 0.0
         left = left.copy()
         left[near[fits]] = np.minimum(left[near], beside)[fits]
-    return replace(room, speed=_speeds(room.theta, left, config))
+    return replace(side_clearance, speed=_speeds(side_clearance.theta, left, config))
 
 
-def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:
+def _side_clearance(
+    part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig
+) -> Array:
     """Room (n,) beside bodies that stand on the path at `theta` (n,) [m]."""
     at = part.reference(theta)
     poses = np.column_stack([at.x, at.y, at.phi])
@@ -142,12 +148,12 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
     within = 2.0 * max(most, config.clearance.wanted)
     body = body_of(config.vehicle, PIECES)
     found = corridor.contacts(index, body, poses, within=within, outward=OUTWARD)
-    return _least_room(found.values)
+    return _least_clearance(found.values)
 
 
-def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
+def _speeds(theta: Array, side_clearance: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
-    speed = NARROW_SPEED + np.maximum(room - config.clearance.least, 0.0) / REACTION_TIME
+    speed = NARROW_SPEED + np.maximum(side_clearance - config.clearance.least, 0.0) / REACTION_TIME
     squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.

@@ -14,7 +14,7 @@ from rti_mpcc.types import Array, MissionResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Due:
+class PendingStep:
     """A step to be done, its place in the mission, and the number of earlier attempts."""
 
     step: AnyStep
@@ -27,7 +27,7 @@ class StepRecord:
     """A step that was started.
 
     Attributes:
-        kind: as in scenario files; place, attempt: as in `Due`.
+        kind: as in scenario files; place, attempt: as in `PendingStep`.
         begin, end: on the controller's own clock [s]; None: it is not over.
         result, reason: of the step; goal: its pose, or None; dock: pose of the dock of that goal, or None.
     """
@@ -44,14 +44,14 @@ class StepRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Berth:
+class DockState:
     """The dock that the vehicle stands at, or drives to.
 
     Attributes:
         dock: the step that leads there; place: of that in the mission; pose: of the dock, as known.
         body_at: given pose of the docked object.
         reached: whether the vehicle has docked there.
-        came: direction, +1 or -1, in which it arrived; 0: not known.
+        incoming_direction: direction, +1 or -1, in which it arrived; 0: not known.
         joined: it is in contact, or drives into contact: the docked object is no obstacle any more.
     """
 
@@ -60,7 +60,7 @@ class Berth:
     pose: Pose2
     body_at: Pose2 | None
     reached: bool = False
-    came: int = 0
+    incoming_direction: int = 0
     joined: bool = False
 
     @property
@@ -70,34 +70,34 @@ class Berth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Agenda:
+class MissionState:
     """What is left of a mission, and its state.
 
     Attributes:
-        due: steps left, the current one first; begun: when that was started [s]; None: not yet.
+        pending: steps left, the current one first; started: when that was started [s]; None: not yet.
         stopping_since: since when a step that starts at rest waits for that [s], or None.
         docked_since: since when the vehicle stands at the end of the step [s], or None.
         trouble: the result if nothing changes, or None; trouble_since: since when [s].
-        berth: the dock, or None; bodies: outlines (k, 2) of the objects at other docks [m].
-        ways_out: ends of an undocking that are still to be tried, the present one first.
+        dock_state: the dock, or None; bodies: outlines (k, 2) of the objects at other docks [m].
+        undock_candidates: ends of an undocking that are still to be tried, the present one first.
         own_goal: that the controller had, or was given last; None: that of its path.
-        told: goal that was given last without any use for it, or None.
+        unused_goal: goal that was given last without any use for it, or None.
         obstacles: that were given last besides those of the berth, or None.
         result: of the whole mission; reason: why the last step failed, or is tried again.
         log: all steps that were started.
     """
 
-    due: tuple[Due, ...]
-    begun: float | None = None
+    pending: tuple[PendingStep, ...]
+    started: float | None = None
     stopping_since: float | None = None
     docked_since: float | None = None
     trouble: MissionResult | None = None
     trouble_since: float = 0.0
-    berth: Berth | None = None
+    dock_state: DockState | None = None
     bodies: tuple[Array, ...] = ()
-    ways_out: tuple[Pose2, ...] = ()
+    undock_candidates: tuple[Pose2, ...] = ()
     own_goal: Pose2 | None = None
-    told: Pose2 | None = None
+    unused_goal: Pose2 | None = None
     obstacles: Sequence[ArrayLike] | None = None
     result: MissionResult = MissionResult.RUNNING
     reason: str = ""
@@ -106,22 +106,22 @@ class Agenda:
     @property
     def step(self) -> AnyStep | None:
         """The current one, or the next; None: the mission is over."""
-        return self.due[0].step if self.due else None
+        return self.pending[0].step if self.pending else None
 
     @property
     def standing(self) -> tuple[Array, ...]:
         """Outlines (k, 2) of all objects at docks to keep clear of [m]."""
-        body = None if self.berth is None else self.berth.body
+        body = None if self.dock_state is None else self.dock_state.body
         return self.bodies if body is None else (*self.bodies, body)
 
-    def at(self, berth: Berth | None) -> Agenda:
+    def at(self, dock_state: DockState | None) -> MissionState:
         """At another berth, or at none. The object at the last one stays there, unless it overlaps the one at
         this one: then it is the same."""
-        body = None if berth is None else berth.body
-        last = self.berth
+        body = None if dock_state is None else dock_state.body
+        last = self.dock_state
         left = None if last is None or last.joined else last.dock.body_at(last.body_at or last.pose)
         others = self.bodies if left is None else (*self.bodies, left)
         if body is not None:
             now = shapely.Polygon(body)
             others = tuple(each for each in others if not now.intersects(shapely.Polygon(each)))
-        return replace(self, berth=berth, bodies=others)
+        return replace(self, dock_state=dock_state, bodies=others)

@@ -22,8 +22,8 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.route_start import GOAL_MOVED
 from rti_mpcc.planning.state import ControllerState, GoalState
-from rti_mpcc.planning.ways import GOAL_MOVED
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
 _LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
@@ -36,7 +36,7 @@ _STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the 
 
 def noted(poses: PoseHistory, monitor: StateMonitor, now: float, length: float) -> PoseHistory:
     """With the vehicle's pose kept for detections of the last `length` [s], which may still arrive."""
-    if monitor.why or monitor.state is None:
+    if monitor.doubt or monitor.state is None:
         return poses
     here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
     return poses.noted(now, here, length=length)
@@ -73,14 +73,14 @@ def rate_limited_goal(
 ) -> GoalState:
     """With the setpoint moved towards the last estimate that passed its check, `fit`; before the first one it
     is the planned goal, or the path's `end`."""
-    last, pose, followed = known.estimated_at, known.planned, known.followed
+    last, pose, detected = known.estimated_at, known.planned, known.detected
     if estimate.pose is None or not (fit and fit.problem):
-        followed = estimate.pose
-    if followed is not None:
+        detected = estimate.pose
+    if detected is not None:
         seconds = config.cycle if last is None else min(max(now - last, 0.0), _LONGEST_STEP)
-        before = known.pose or end or followed
-        pose = _towards(before, followed, _SPEED * seconds, _TURN_RATE * seconds)
-    return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
+        before = known.pose or end or detected
+        pose = _towards(before, detected, _SPEED * seconds, _TURN_RATE * seconds)
+    return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, detected=detected, pose=pose)
 
 
 STAYS = "; keeping the previous goal"
@@ -101,7 +101,7 @@ def goal_remarks(goal: GoalState) -> tuple[str, ...]:
         found.append(f"goal not detected, the last detection: {goal.undetected}")
     if goal.rejected:
         return tuple(found)
-    made_for = goal.fit if goal.followed is None else fit
+    made_for = goal.fit if goal.detected is None else fit
     if made_for is not None and made_for.remark:
         found.append(made_for.remark)
     return tuple(found)
@@ -109,7 +109,7 @@ def goal_remarks(goal: GoalState) -> tuple[str, ...]:
 
 def none_accepted(s: ControllerState) -> str:
     """What to do where a goal was asked for and none was accepted."""
-    has_end = not s.on_planned_way or (s.route is not None and s.route.end is not None)
+    has_end = not s.on_planned_route or (s.route is not None and s.route.end is not None)
     or_the_end = ", or call `clear_goal` to drive to the path's end" if has_end else ""
     return f"no goal was accepted: give another one{or_the_end}"
 
@@ -164,7 +164,7 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
 def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
     """Whether the goal has to be seen, or was detected, and no detection was accepted."""
     seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
-    elsewhere = goal.estimate_fit is not None and goal.followed is None  # detected where it cannot be
+    elsewhere = goal.estimate_fit is not None and goal.detected is None  # detected where it cannot be
     told = goal.terms.on(config).goal_tracking.required or goal.undetected != "" or elsewhere
     return told and (elsewhere or not seen)
 
@@ -177,7 +177,7 @@ def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> 
     return (refused[-1] if refused else unfit) or goal.undetected
 
 
-def stands_elsewhere(goal: GoalState, here: Pose2, config: ControllerConfig) -> bool:
+def is_elsewhere(goal: GoalState, here: Pose2, config: ControllerConfig) -> bool:
     """Whether the last given or detected goal was rejected, and a vehicle `here` is outside its tolerance."""
     tolerance, fit = goal.terms.on(config).goal_tolerance, goal.estimate_fit
     refused = [goal.given] if goal.refusal else []

@@ -1,6 +1,6 @@
 """Drive until one kind of event first takes place, and print what its cycles load. For a fresh process:
 
-    python -m tests.doors.first_events KIND FOLDER
+    python -m tests.inputs.first_events KIND FOLDER
 
 A controller is made and makes one ordinary cycle. From then on each cycle is watched for modules that are
 imported, files that are opened, Python code that is compiled, and kernels that numba compiles. Nothing is

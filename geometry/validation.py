@@ -33,11 +33,11 @@ _PENDING: list[Callable[..., Any]] = []
 """Doors whose annotations nobody has read yet."""
 
 
-class Admitted:
+class Validated:
     """Base of dataclasses whose fields are turned into what their annotations say.
 
-    `class Narrowing(Admitted, error=CorridorError)` names the error that is raised. A class with a
-    `__post_init__` of its own calls `admit` there.
+    `class Narrowing(Validated, error=CorridorError)` names the error that is raised. A class with a
+    `__post_init__` of its own calls `validate` there.
     """
 
     __slots__ = ()
@@ -50,7 +50,7 @@ class Admitted:
         _PENDING.append(partial(_turns_of_fields, kept))
 
     def __post_init__(self) -> None:
-        admit(self)
+        validate(self)
 
 
 def prepare() -> None:
@@ -67,7 +67,7 @@ class _Unfit(TypeError):
         self.wanted, self.value, self.where = wanted, value, where
 
 
-def door(
+def validated(
     error: type[InputError] = InputError, *, late: bool = False
 ) -> Callable[[Callable[Given, Result]], Callable[Given, Result]]:
     """Decorate a public function: its arguments are turned into what its annotations say, or refused.
@@ -102,8 +102,8 @@ def door(
     return decorated
 
 
-def admit(given: Admitted) -> None:
-    """Turn the fields of an `Admitted` dataclass into what their annotations say; for its `__post_init__`."""
+def validate(given: Validated) -> None:
+    """Turn the fields of a `Validated` dataclass into what their annotations say; for its `__post_init__`."""
     kind: Any = type(given)
     for name, turn in _turns_of_fields(kind):
         value = getattr(given, name)

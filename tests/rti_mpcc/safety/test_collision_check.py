@@ -12,10 +12,10 @@ from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import along
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
+from rti_mpcc.planning.route_start import CHECK_SPACING
 from rti_mpcc.planning.state import ControllerState, Task, VehicleEstimate
 from rti_mpcc.planning.surroundings import Obstacle, Surroundings, observed
-from rti_mpcc.planning.ways import CHECK_SPACING
-from rti_mpcc.safety import contact
+from rti_mpcc.safety import collision_check
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
 
@@ -58,7 +58,7 @@ def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0,
 
 
 def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
-    return contact.distance_to_contact(known(around(inside)), plan, CONFIG, reach, LEAST)
+    return collision_check.distance_to_contact(known(around(inside)), plan, CONFIG, reach, LEAST)
 
 
 @pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
@@ -100,11 +100,11 @@ def test_a_plan_that_begins_nearer_may_leave_and_swing_out_but_not_touch(room: f
 
 
 def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_room() -> None:
-    room = contact.stop_clearance(CONFIG)
-    assert contact.stopping_distance(0.0, CONFIG) == room
+    room = collision_check.stop_clearance(CONFIG)
+    assert collision_check.stopping_distance(0.0, CONFIG) == room
     expected = 1.25 * 2.0**2 / (2.0 * CONFIG.comfort_acceleration) + room
-    assert contact.stopping_distance(2.0, CONFIG) == pytest.approx(expected)
-    assert contact.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
+    assert collision_check.stopping_distance(2.0, CONFIG) == pytest.approx(expected)
+    assert collision_check.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
 
 
 # -- what the body overlaps ----------------------------------------------------------------------------------
@@ -121,7 +121,7 @@ LEFT = 3.0 - 0.5 * CONFIG.vehicle.width
 
 
 def test_what_is_overlapped_is_told_with_its_depth_and_its_place() -> None:
-    found = contact.overlap(at(IN), around(corridor()), 0, CONFIG)
+    found = collision_check.overlap(at(IN), around(corridor()), 0, CONFIG)
     assert found is not None
     assert found.what == "obstacles[0]"
     assert found.depth == pytest.approx(0.1, abs=0.01)
@@ -131,7 +131,7 @@ def test_what_is_overlapped_is_told_with_its_depth_and_its_place() -> None:
 
 @pytest.mark.parametrize(("side", "name"), [(1.0, "the left boundary"), (-1.0, "the right boundary")])
 def test_a_boundary_is_told_by_its_side(side: float, name: str) -> None:
-    found = contact.overlap(at(10.0, side * (LEFT + 0.2)), around(corridor()), 0, CONFIG)
+    found = collision_check.overlap(at(10.0, side * (LEFT + 0.2)), around(corridor()), 0, CONFIG)
     assert found is not None
     assert found.what == name
     assert found.depth == pytest.approx(0.2, abs=0.01)
@@ -152,7 +152,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
 
 def way_to(walker: Obstacle, plan: Trajectory) -> float:
     area = replace(around(corridor(wall_at=None)), obstacles=(walker,))
-    return contact.distance_to_moving(known(area), plan, CONFIG)
+    return collision_check.distance_to_moving(known(area), plan, CONFIG)
 
 
 def test_what_moves_is_met_where_another_library_says() -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from geometry import Corridor, InputError, Pose2, ReferencePath, RtiMpccError
 from rti_mpcc import CharucoGoalDetector, ControllerConfig, DockingController, DockingMission, plan_manoeuvre
-from tests.doors.arguments import (
+from tests.inputs.arguments import (
     AREA,
     BOARD,
     CAMERA,

@@ -55,7 +55,7 @@ MADE_BY_US = frozenset(
         "Manoeuvre",
         "MeasurementNoise",
         "PoseHistory",
-        "MendedPath",
+        "RepairedPath",
         "MissionReport",
         "PathChange",
         "PathReference",
@@ -70,7 +70,7 @@ NEVER_RAISES = frozenset(
         "GoalMeasurement",
         "DockingController.step",
         "DockingMission.step",
-        "DockingMission.told",
+        "DockingMission.signalled",
         "PlanOutcome",
     ]
 )
@@ -261,7 +261,7 @@ DOORS: dict[str, Door] = {
         rti_mpcc.config_for_docking_time, seconds=40.0, path=PATH, config=CONFIG, goal=None
     ),
     "expected_docking_time": door(rti_mpcc.expected_docking_time, path=PATH, config=CONFIG, goal=None),
-    "mended_path": door(rti_mpcc.mended_path, path=PATH, area=AREA, config=CONFIG),
+    "repaired_path": door(rti_mpcc.repaired_path, path=PATH, area=AREA, config=CONFIG),
     "plan_manoeuvre": door(
         rti_mpcc.plan_manoeuvre, start=ORIGIN, goal=Pose2(6.0, 0.0, 0.0), area=AREA, config=CONFIG
     ),

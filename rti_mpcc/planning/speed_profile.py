@@ -5,9 +5,9 @@ turns its wheels on the spot. From it, with the comfort values,
 
 (P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit,
 
-and what the room beside the body allows, (P2) of rti_mpcc.ocp.room. A brisk ride is not slowed by what the
-path asks of the steering: a vehicle steers over more of its way than the path, and where that leaves comfort
-all the same its arrival gets more time, see `rti_mpcc.planning.schedule`.
+and what the clearance beside the body allows, (P2) of rti_mpcc.ocp.side_clearance. A brisk ride is not slowed
+by what the path asks of the steering: a vehicle steers over more metres than the path, and where that leaves
+comfort all the same its arrival gets more time, see `rti_mpcc.planning.schedule`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from geometry import PathPart
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import PLANNED_SHARE
-from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.types import Array
 
 PATH_SPACING = 0.25  # [m] of the samples along a part, and of the pieces ahead
@@ -31,17 +31,17 @@ FLAT = 1e-9  # [1/m], [1/m²]; curvatures and their slopes below this are none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pace:
+class SpeedProfile:
     """Highest comfortable speeds on a part.
 
     Attributes:
         theta: (n,) [m], increasing. speed: (n,) [m/s]. Beyond both ends it is as at them.
-        room: what bounds the speed in the QP by (P2); None: nothing does.
+        side_clearance: what bounds the speed in the QP by (P2); None: nothing does.
     """
 
     theta: Array
     speed: Array
-    room: Room | None = None
+    side_clearance: SideClearance | None = None
 
     def at(self, theta: Array) -> Array:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
@@ -53,7 +53,9 @@ class Pace:
         return self.at(theta + distance * (np.arange(pieces) + 0.5) / pieces)
 
 
-def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
+def speed_profile_of(
+    part: PathPart, config: ControllerConfig, side_clearance: SideClearance | None = None
+) -> SpeedProfile:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
     comfort, wheelbase = config.comfort, config.vehicle.wheelbase
     theta = part.places(PATH_SPACING, least=2)
@@ -68,6 +70,6 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
     if config.ride == "smooth":
         speed = np.minimum(speed, comfort.steering_rate / turning)
-    if room is not None:
-        speed = np.minimum(speed, PLANNED_SHARE * room.speed_at(theta))
-    return Pace(theta=theta, speed=speed, room=room)
+    if side_clearance is not None:
+        speed = np.minimum(speed, PLANNED_SHARE * side_clearance.speed_at(theta))
+    return SpeedProfile(theta=theta, speed=speed, side_clearance=side_clearance)

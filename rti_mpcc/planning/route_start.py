@@ -29,7 +29,7 @@ def here(s: ControllerState, config: ControllerConfig) -> Pose2:
     if state is None:
         return Pose2(0.0, 0.0, 0.0)
     now = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    if since is None or s.vehicle.monitor.why:
+    if since is None or s.vehicle.monitor.doubt:
         return now
     moments = s.now - config.goal_tracking.filter.history
     return s.vehicle.poses.mean(max(since, moments)) or now
@@ -41,7 +41,7 @@ def near_enough(config: ControllerConfig) -> tuple[float, float, float]:
     return config.size * along, config.size * across, heading
 
 
-def was_asked(s: ControllerState, config: ControllerConfig) -> bool:
+def was_searched(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether a route was planned from right here a moment ago, with the same result."""
     route = s.route
     if route is None or route.manoeuvre is None or s.now - route.since >= AGAIN_AFTER:
