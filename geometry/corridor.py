@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from math import inf, isfinite
 
 import numpy as np
@@ -33,8 +34,13 @@ from geometry.walls import BEHIND, PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
-_NO_LINES = PartLines(left=(), right=(), joined=False, narrowest=(inf, 0.0))
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
+
+
+@cache
+def _no_lines() -> PartLines:
+    """Of an area; made when it is needed, as it takes compiled kernels."""
+    return PartLines(left=(), right=(), joined=False, narrowest=(inf, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -124,7 +130,7 @@ class Corridor(Validated, error=CorridorError):
     @validated(CorridorError)
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
-        return cls(walls=(_NO_LINES,), area=area)
+        return cls(walls=(_no_lines(),), area=area)
 
     @validated(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:

@@ -49,7 +49,14 @@ class Body(NamedTuple):
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
         box = 0.5 * (low + high), 0.5 * (high - low)
-        return cls(*map(locked, (np.concatenate(rings), _starts(rings), *box, middles, halves)))
+        return cls._locked(np.concatenate(rings), _starts(rings), *box, middles, halves)
+
+    @classmethod
+    def _locked(cls, *values: Any) -> Body:
+        return cls(*map(locked, values))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Body._locked, tuple(self)
 
     @property
     def pieces(self) -> int:

@@ -20,6 +20,7 @@ from rti_mpcc.cli.arguments import (
     writable_folder,
 )
 from rti_mpcc.errors import InputError
+from rti_mpcc.kernels import make_ready
 from rti_mpcc.paper import METHODS
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
@@ -79,6 +80,7 @@ def _compare(args: argparse.Namespace) -> int:
         for method in dict.fromkeys(args.methods)
     ]
     folder = writable_folder(args.out, "compare")
+    make_ready(second_process=True)  # before the workers, each of which would compile
     written: list[Path] = []
     with progress_bar("compare", "{task.completed:.0f} runs") as progress:
         if args.animate:
@@ -171,6 +173,7 @@ def drive_and_report(
     if len(cases) > MOST:
         raise InputError(f"count = {len(cases)}: must be <= {MOST}")
     folder = writable_folder(args.out, name)
+    make_ready(second_process=True)
     with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
         run_campaign(cases, folder, jobs=args.jobs, dask=args.dask, progress=progress)
     table, files = write_report(folder, settings, cases, worst=args.worst)

@@ -88,7 +88,6 @@ def _run(arguments: argparse.Namespace) -> int:
 
         animation = [animation_file(Path(arguments.animate) if arguments.animate else None, folder)]
         make_writable(animation[0].parent)
-    make_ready(second_process=True)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(ride, figures, folder, plots=not arguments.no_plots)
@@ -113,6 +112,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Ride, str]:
     """The run, the same as a ride, and why its recording is not whole, or "" where it is."""
+    make_ready(second_process=True)
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
         core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)

@@ -68,7 +68,7 @@ class DockSection(Section):
         if self.board is not None and self.kind != "charuco":
             yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
         else:
-            yield from refusal("", None, self.build)
+            yield from refusal("", None, self.build, DockSection)
         if self.board is not None:
             yield from too_many_markers("board", self.board)
 

@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
-from geometry import Pose2, wrap
+from geometry import Corridor, Pose2, wrap
 from geometry.outline import shape_of
 from rti_mpcc.config import Comfort, Vehicle
 from rti_mpcc.errors import ConfigError
@@ -180,7 +180,7 @@ def body_clearances(result: RunResult) -> Array:
 
     In an area, and once the vehicle has left the given path for a planned route: to all boundaries. How deep
     the body is in something is measured as the controller does it; whether it touches anything, and how far
-    it is from all else, by shapely, too: the smaller of the two counts.
+    it is from all else, by shapely, too: the smaller of the two counts. Wholly beyond a boundary: `_inside`.
     """
     truth, vehicle, corridor = result.truth, result.config.vehicle, result.corridor
     distances = np.empty(len(truth.times))
@@ -205,10 +205,23 @@ def body_clearances(result: RunResult) -> Array:
     for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
         scenery = corridor.with_obstacles(result.obstacles[index][1])
         rows = ~planned & (scene == index) & (truth.part == part)
-        apart = clearances(truth.poses[rows], scenery, part, vehicle).min(axis=1)
+        apart = _inside(scenery, part, truth.poses[rows], vehicle)
         lines = (line for side in scenery.lines(part) for line in side)
         distances[rows] = _judged(apart, truth.poses[rows], vehicle, lines, scenery.obstacles)
     return distances
+
+
+def _inside(corridor: Corridor, part: int, poses: Array, vehicle: Vehicle) -> Array:
+    """Signed distances (n,) [m] of the body at `poses` (n, 3) to boundaries and obstacles.
+
+    A body that is wholly beyond a boundary is as deep in it as its farthest corner.
+    """
+    apart: Array = clearances(poses, corridor, part, vehicle).min(axis=1)
+    corners = body_polygons(poses, vehicle)
+    beyond = corridor.walls[part].grid.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
+    outside = beyond.min(axis=1) > 0.0
+    apart[outside] = np.minimum(apart, -beyond.max(axis=1))[outside]
+    return apart
 
 
 def _judged(

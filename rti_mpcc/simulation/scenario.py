@@ -201,7 +201,7 @@ class Scenario(Section):
             key = f"mission[{index}]"
             if isinstance(step, StraightStep) and step.contact and body is None:
                 yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
-            yield from refusal(key, None, partial(built_step, step, goal, body))
+            yield from refusal(key, None, partial(built_step, step, goal, body), type(step))
             if step.retry_from is not None and step.retry_from > index:
                 yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:
@@ -209,11 +209,10 @@ class Scenario(Section):
 
     def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
-        try:
-            corridor = section.build(path)
-        except InputError as error:
-            yield KeyProblem("corridor", None, str(error).removesuffix("."))
+        if refused := refusal("corridor", None, partial(section.build, path), CorridorSection):
+            yield from refused
             return
+        corridor = section.build(path)
         (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
         if narrowest < width - 1e-6:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 from collections.abc import Callable
 from math import pi
@@ -60,8 +61,10 @@ def test_bodies_far_and_near_against_all_lines() -> None:
 def test_walls_that_were_measured_against_can_still_be_pickled() -> None:
     corridor = Corridor.from_offsets(LONG, left=5.0, right=-5.0)
     before = corridor.signed_distances(0, Body.of(BODY), np.zeros((1, 3)))
-    again = pickle.loads(pickle.dumps(corridor))
-    np.testing.assert_array_equal(again.signed_distances(0, Body.of(BODY), np.zeros((1, 3))), before)
+    again, body = pickle.loads(pickle.dumps((corridor, Body.of(BODY))))
+    np.testing.assert_array_equal(again.signed_distances(0, body, np.zeros((1, 3))), before)
+    again, body = copy.deepcopy((corridor, body))
+    np.testing.assert_array_equal(again.signed_distances(0, body, np.zeros((1, 3))), before)
 
 
 BOX = [(-4.0, -20.0), (25.0, -20.0), (25.0, 12.0), (-4.0, 12.0)]

@@ -36,6 +36,11 @@ def printed(code: str) -> str:
     return done.stdout.strip()
 
 
+def test_an_import_compiles_nothing() -> None:
+    compiled = "[each.name for each in compiled._KERNELS if each.compiled]"
+    assert printed(f"import rti_mpcc; from geometry import compiled; print({compiled})") == "[]"
+
+
 @pytest.mark.parametrize("package", [geometry, estimation, rti_mpcc])
 def test_every_public_name_is_found_and_listed(package: ModuleType) -> None:
     assert set(package.__all__) <= set(dir(package))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -96,13 +97,48 @@ def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
     return file if file is None or folder is None else str(Path(folder) / file)
 
 
-def refusal(key: str, value: object, build: Callable[[], object]) -> list[KeyProblem]:
-    """That what is built of a value raises InputError."""
+_NAMED = re.compile(
+    r"(?:[A-Z]\w*\.)?(?P<key>[a-z]\w*(?:\[\d+\]|\.[a-z]\w*)*)(?: = (?P<value>.+?))?"
+    r"(?::|(?= (?:is|has|does) )) (?P<allowed>.+)"
+)
+"""How errors of the packages name what is wrong: of a class or not, with its value or not."""
+
+
+class _Given(str):
+    """A value as an error has it already."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def refusal(
+    key: str, value: object, build: Callable[[], object], table: type[BaseModel] | None = None
+) -> list[KeyProblem]:
+    """That what is built of a value raises InputError; one that names a key of `table` is put under it."""
     try:
         build()
     except InputError as error:
-        return [KeyProblem(key, value, str(error).removesuffix("."))]
+        said = str(error).removesuffix(".")
+        named = None if table is None else _NAMED.fullmatch(said)
+        if table is None or named is None or re.split(r"\W", named["key"])[0] not in table.model_fields:
+            return [KeyProblem(key, value, said)]
+        inside, allowed = (_with_aliases(named[part], table) for part in ("key", "allowed"))
+        given = named["value"]
+        known = None if given in (None, "None") else _Given(given)
+        return [KeyProblem(f"{key}.{inside}" if key else inside, known, allowed)]
     return []
+
+
+def _with_aliases(text: str, table: type[BaseModel]) -> str:
+    """A text with the names of fields as files have them, of all tables in this one."""
+    for field in table.model_fields.values():
+        for inner in _models_in(field.annotation):
+            for name, each in inner.model_fields.items():
+                if each.alias:
+                    text = re.sub(rf"\b{name}(?= =|$)", each.alias, text)
+    return text
 
 
 def read_toml(model: type[Model], file: Path, source: str) -> Model:

@@ -117,7 +117,7 @@ class MoveSection(Section):
     tolerance: Pair | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
-        yield from refusal("", None, self.build)
+        yield from refusal("", None, self.build, MoveSection)
 
     def build(self) -> Straight:
         """The move. Raises InputError."""

@@ -164,7 +164,7 @@ class GoalSection(Section):
         if self.offset is not None and self.pose is not None:
             yield KeyProblem("pose", self.pose, "either offset or pose, not both")
         if (body := self.body) is not None:
-            yield from refusal("", None, lambda: checked_polygon(body, "body"))
+            yield from refusal("", None, lambda: checked_polygon(body, "body"), GoalSection)
         if self.camera is not None and self.measurement is None:
             allowed = "needs [goal.measurement], which says when and how far it sees"
             yield KeyProblem("camera", None, allowed)

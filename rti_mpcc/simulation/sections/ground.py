@@ -46,7 +46,7 @@ class PathSection(Section):
             for key in missing:
                 yield KeyProblem(key, None, "required where path.file is not given")
         else:
-            yield from refusal("" if self.file is None else "file", self.file, self.build)
+            yield from refusal("" if self.file is None else "file", self.file, self.build, PathSection)
 
     def build(self) -> ReferencePath:
         """The route. Raises PathError."""
@@ -118,7 +118,7 @@ class AreaSection(Section):
         if self.map is not None and (self.boundary or self.obstacles):
             yield KeyProblem("map", self.map, "either map, or boundary and obstacles, not both")
         else:
-            yield from refusal("" if self.map is None else "map", self.map, self.build)
+            yield from refusal("" if self.map is None else "map", self.map, self.build, AreaSection)
 
     def build(self) -> Area:
         """The area. Raises AreaError."""

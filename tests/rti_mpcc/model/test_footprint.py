@@ -67,6 +67,8 @@ LANE = Corridor.from_offsets(
         ((9.3, 0.5, 0.0), -0.3),
         # All of it beyond the boundary.
         ((20.0, 4.5, 0.0), -1.5),
+        # Touching both sides of the narrowing's lane across it.
+        ((4.0, 0.0, pi / 2), 0.0),
         # Behind the end, where there is no boundary: the corner of the body to the end of the wall.
         ((32.0, 2.5, 0.0), 1.0),
     ],

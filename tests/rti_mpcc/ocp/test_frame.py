@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.model.layout import PHI
-from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
+from rti_mpcc.ocp.frenet import HEADING, LocalFrame, frenet_errors
 
 FRAME = LocalFrame(x=5000.0, y=-3000.0, phi=7.5)
 
@@ -34,3 +34,4 @@ def test_frenet_errors_do_not_depend_on_the_frame() -> None:
     world = frenet_errors(states, reference, -1)
     local = frenet_errors(FRAME.states_in(states), FRAME.reference_in(reference), -1)
     np.testing.assert_allclose(local.values, world.values, atol=1e-9)
+    np.testing.assert_allclose(local.values[:, HEADING], world.values[:, HEADING], atol=1e-12)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, summary
-from rti_mpcc.simulation.metrics import energy, rms, time_to_dock
+from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, metrics, simulate, summary
+from rti_mpcc.simulation.metrics import body_clearances, energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import energy_bound, turning_points
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.simulation.conftest import with_columns
@@ -51,6 +51,44 @@ def run(scripted: Any, straight: Scenario) -> RunResult:
     """A run whose truth the tests replace."""
     controller = scripted(script=lambda now, state: (0.0, 0.0))
     return simulate(changed(straight, {"simulation.duration": 1.0}), controller=controller)
+
+
+BODY = {"vehicle.width": 2.0, "vehicle.front": 3.0, "vehicle.rear": 1.0}
+
+
+def clearance_at(run: RunResult, pose: tuple[float, float, float]) -> float:
+    """Of a body of 4 by 2 m in a lane of 6 m along x."""
+    truth = replace(run.truth, poses=np.tile(pose, (len(run.truth.times), 1)))
+    return float(body_clearances(replace(run, truth=truth))[0])
+
+
+@pytest.mark.parametrize(
+    ("pose", "expected"),
+    [
+        ((4.0, 0.0, 0.0), 2.0),
+        ((4.0, 2.5, 0.0), -0.5),  # it crosses the boundary
+        ((4.0, 3.0, pi), -1.0),
+        ((4.0, 6.0, 0.0), -4.0),  # it is wholly beyond
+        ((4.0, -6.0, 0.0), -4.0),
+    ],
+)
+def test_clearance_is_negative_across_and_beyond_a_boundary(
+    scripted: Any, straight: Scenario, pose: tuple[float, float, float], expected: float
+) -> None:
+    scenario = changed(straight, {"simulation.duration": 0.1, **BODY})
+    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+    assert clearance_at(run, pose) == pytest.approx(expected, abs=1e-9)
+
+
+def test_clearance_is_judged_by_shapely_too(
+    scripted: Any, straight: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the controller's own distance sees nothing, shapely's counts."""
+    scenario = changed(straight, {"simulation.duration": 0.1, **BODY})
+    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+    monkeypatch.setattr(metrics, "clearances", lambda poses, *_: np.full((len(poses), 1), np.inf))
+    assert clearance_at(run, (4.0, 0.5, 0.0)) == pytest.approx(1.5)
+    assert -1e-6 < clearance_at(run, (4.0, 2.5, 0.0)) < 0.0
 
 
 @pytest.mark.parametrize("until", [None, 4.0])
