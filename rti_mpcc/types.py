@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
+
 from estimation import GoalEstimate, Judgement
-from geometry import Pose2
+from geometry import InputError, Pose2
 from geometry.arrays import Array as Array
 from geometry.arrays import Complex as Complex
 from geometry.arrays import Index as Index
+from geometry.validation import Validated, to_rows, validate
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,43 @@ class VehicleState:
     phi: float
     v: float
     delta: float
+
+
+FASTEST = 100.0  # [m/s], [rad/s], of an obstacle that says how it moves
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacle(Validated):
+    """An obstacle that says how it moves. NumPy takes it for its outline, as a bare polygon.
+
+    Attributes:
+        polygon: corners (m, 2) [m] where it is now, world frame; two of a line, one of a point.
+        velocity: (vx, vy) of its middle [m/s]; (0, 0): it stands; None: found from cycle to cycle, as of a
+            bare polygon.
+        turn_rate: about its middle, counter-clockwise [rad/s].
+        name: in reasons; "": its place in the list.
+
+    Raises:
+        InputError: a value that is no number, or out of range.
+    """
+
+    polygon: ArrayLike
+    velocity: tuple[float, float] | None = None
+    turn_rate: float = 0.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        validate(self)
+        corners = to_rows(self.polygon, 2, "Obstacle.polygon")
+        corners.setflags(write=False)
+        object.__setattr__(self, "polygon", corners)
+        for name, each in (("velocity", self.velocity or ()), ("turn_rate", (self.turn_rate,))):
+            if not all(abs(value) <= FASTEST for value in each):
+                given = getattr(self, name)
+                raise InputError(f"Obstacle.{name} = {given}: must be finite, and at most {FASTEST:g}")
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Array:
+        return np.array(self.polygon, dtype=dtype)
 
 
 class Objective(Enum):

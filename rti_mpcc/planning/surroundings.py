@@ -1,7 +1,8 @@
 """Where the vehicle may be: the corridor with the obstacles that are known by now, and which of them move.
 
-An obstacle is given as a polygon, without a name. It is matched with the obstacle of the last cycle whose
-middle is nearest, if it can have come from there; its velocity is that of its middle over the last moments.
+An obstacle is given as a polygon, or with its velocity (`rti_mpcc.types.Obstacle`). A polygon is matched with
+the obstacle of the last cycle whose middle is nearest, if it can have come from there; its velocity is that
+of its middle over the last moments.
 
 A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`: another
 order of obstacles or corners, rounding, and noise of a centimetre change nothing.
@@ -22,7 +23,7 @@ from geometry.corridor_area import area_of
 from geometry.outline import Shape, checked_shape, corners_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.side_clearance import SideClearance
-from rti_mpcc.types import Array, Index
+from rti_mpcc.types import Array, Index, Obstacle
 
 GOAL_REACH = 20.0  # [m] from the path's last part: a goal beyond it is taken for a mistake
 
@@ -43,7 +44,7 @@ class Surroundings:
 
     corridor: Corridor
     known: Corridor
-    obstacles: tuple[Obstacle, ...]
+    obstacles: tuple[TrackedObstacle, ...]
     replaced: bool = False
     given_at: float = 0.0
     changes: int = 0
@@ -94,12 +95,12 @@ class Surroundings:
         return replace(self, corridor=corridor, known=known)
 
     @property
-    def standing(self) -> tuple[Obstacle, ...]:
+    def standing(self) -> tuple[TrackedObstacle, ...]:
         """The static obstacles."""
         return tuple(each for each in self.obstacles if not each.moves)
 
     @property
-    def moving(self) -> tuple[Obstacle, ...]:
+    def moving(self) -> tuple[TrackedObstacle, ...]:
         """The moving obstacles."""
         return tuple(each for each in self.obstacles if each.moves)
 
@@ -156,15 +157,16 @@ ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are a
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Obstacle:
+class TrackedObstacle:
     """An obstacle and what was seen of its motion.
 
     Attributes:
         index: in the list that was told last.
         outline: (m, 2) as it was given when it was last seen to have moved [m]; shape: the same.
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
-        velocity: (2,) [m/s]; 0 while it stands.
+        velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
+        stated: its motion was given with it; name: in reasons, or "".
     """
 
     index: int
@@ -174,18 +176,31 @@ class Obstacle:
     velocity: Array
     moves: bool = False
     still_since: float | None = None
+    turn_rate: float = 0.0
+    stated: bool = False
+    name: str = ""
 
     @property
     def speed(self) -> float:
-        """[m/s]."""
+        """Of its middle [m/s]."""
         return float(np.hypot(*self.velocity))
+
+    @property
+    def turning(self) -> float:
+        """How much faster than its middle a corner may be [m/s]."""
+        return abs(self.turn_rate) * self.radius
+
+    @property
+    def radius(self) -> float:
+        """Of the circle around its middle with all of it [m]."""
+        return float(np.hypot(*(self.outline - self.seen[-1][1:]).T).max())
 
     @property
     def settled(self) -> bool:
         """Whether it stays the same if it is given again at its place."""
-        return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
+        return not (self.moves or self.stated) and self.seen[0][1:] == self.seen[-1][1:]
 
-    def seen_as(self, new: Obstacle, now: float, last: float) -> Obstacle:
+    def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
         """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
         place = new.seen[-1][1:]
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
@@ -195,6 +210,9 @@ class Obstacle:
         # The newest of those that are old enough, and all since.
         old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
         seen = (*known[old:], (now, *place))
+        if new.stated:
+            kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
+            return replace(new, outline=self.outline, shape=self.shape) if kept else new
         since, x, y = seen[0]
         moved = np.subtract(place, (x, y))
         displaced = bool(np.hypot(*moved) > MOVED)
@@ -220,26 +238,38 @@ class Obstacle:
         return np.ascontiguousarray(corners_of(hull))
 
 
-def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
+def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
     """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
-    shape = checked_shape(outline, f"obstacles[{index}]")
-    middle = shape.centroid
-    corners = np.array(outline, dtype=np.float64)
+    corners = np.array(given, dtype=np.float64)
     corners.setflags(write=False)
-    return Obstacle(
+    shape = checked_shape(corners, f"obstacles[{index}]")
+    middle = shape.centroid
+    found = TrackedObstacle(
         index=index, outline=corners, shape=shape, seen=((now, middle.x, middle.y),), velocity=np.zeros(2)
+    )
+    if not isinstance(given, Obstacle):
+        return found
+    if given.velocity is None:
+        return replace(found, name=given.name)
+    velocity, turns = np.array(given.velocity), given.turn_rate != 0.0
+    moves = turns or bool(velocity.any())
+    return replace(
+        found, name=given.name, stated=True, velocity=velocity, turn_rate=given.turn_rate, moves=moves
     )
 
 
 def observed(
-    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
-) -> tuple[Obstacle, ...]:
+    known: tuple[TrackedObstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
+) -> tuple[TrackedObstacle, ...]:
     """The obstacles given at `now` [s], by those `known`, given at `last`; the same tuple if nothing is new.
 
     Raises:
         CorridorError: one that is no simple polygon.
     """
-    same = [k < len(known) and np.array_equal(known[k].outline, each) for k, each in enumerate(outlines)]
+    same = [
+        k < len(known) and not _states_motion(each) and np.array_equal(known[k].outline, each)
+        for k, each in enumerate(outlines)
+    ]
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
@@ -258,12 +288,18 @@ def observed(
     return tuple(found)
 
 
+def _states_motion(given: ArrayLike) -> bool:
+    return isinstance(given, Obstacle) and given.velocity is not None
+
+
 def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool:
     """Whether no point of either is farther than `most` [m] from the other."""
     return bool(shapely.hausdorff_distance(one, other) <= most)
 
 
-def obstacles_changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
+def obstacles_changed(
+    before: Sequence[TrackedObstacle], now: Sequence[TrackedObstacle], least: float
+) -> bool:
     """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
     one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
     if one.is_empty or other.is_empty:
@@ -272,7 +308,7 @@ def obstacles_changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least
 
 
 def _match(
-    obstacle: Obstacle, known: Sequence[Obstacle], middles: Array, left: Index, farthest: float
+    obstacle: TrackedObstacle, known: Sequence[TrackedObstacle], middles: Array, left: Index, farthest: float
 ) -> int | None:
     """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
     several at the same place the most similar one."""

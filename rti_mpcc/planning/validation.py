@@ -18,7 +18,7 @@ from rti_mpcc.planning import goals
 from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
 from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Obstacle
 
 STOOD_CYCLES = 3  # after which a clock that has not moved stands still
 LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
@@ -91,19 +91,20 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     return replace(known, unreadable=problem)
 
 
-def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
-    """The obstacles as arrays, with coordinates of at most `FARTHEST`, and why they are none, or ""."""
-    outlines: list[Array] = []
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
+    """The obstacles, bare ones as arrays, none farther than `FARTHEST`, and why they are unusable, or ""."""
+    outlines: list[Array | Obstacle] = []
     try:
         given = list(obstacles)
     except TypeError:
         return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
-            outlines.append(np.asarray(outline, dtype=np.float64))
+            corners = np.asarray(outline, dtype=np.float64)
         except (ValueError, TypeError, OverflowError) as error:
             return outlines, f"obstacles[{k}] not readable: {_line(error)}"
-        problem = _far_outline(outlines[k])
+        outlines.append(outline if isinstance(outline, Obstacle) else corners)
+        problem = _far_outline(corners)
         if problem:
             return outlines, f"obstacles[{k}] {problem}"
     return outlines, ""

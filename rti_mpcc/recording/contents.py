@@ -31,7 +31,7 @@ from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import Decisions
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.steps import AnyStep, DriveTo, Signal
-from rti_mpcc.types import Array, Command, VehicleState
+from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 
 T = TypeVar("T")
@@ -59,7 +59,7 @@ class Inputs:
     now: float
     goal: Pose2 | None
     measurements: tuple[GoalMeasurement, ...]
-    obstacles: tuple[Array, ...] | None
+    obstacles: tuple[Array | Obstacle, ...] | None
     goal_cleared: bool = False  # `clear_goal` was called since the last step
     area: Area | None = None  # given to `set_area` since the last step
     cancelled: bool = False  # the mission was, since the last step
@@ -244,6 +244,20 @@ def _to_array(data: Data, _: object) -> Array | None:
     return array
 
 
+def _from_obstacle(given: ArrayLike | Obstacle) -> Data:
+    if not isinstance(given, Obstacle):
+        return _to_list(given)
+    motion = {"velocity": given.velocity, "turn_rate": given.turn_rate, "name": given.name}
+    return {"polygon": _to_list(given.polygon), **motion}
+
+
+def _to_obstacle(data: Data, kind: object) -> Array | Obstacle | None:
+    if not (isinstance(data, dict) and "polygon" in data):
+        return _to_array(data, kind)
+    velocity = data["velocity"]
+    return Obstacle(**{**data, "velocity": None if velocity is None else tuple(velocity)})
+
+
 def _played_back(given: bool, _: object) -> Signal | None:
     """Stands for the `until` of a step: a recording holds that there is one, and each cycle its answer."""
     return (lambda: False) if given else None
@@ -261,6 +275,7 @@ _converter.register_structure_hook(Pose2, lambda data, _: unchecked_pose(**data)
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
 for _fits, _to, _back in (
     (_is_array, _to_list, _to_array),
+    (lambda kind: kind == Array | Obstacle, _from_obstacle, _to_obstacle),
     (
         lambda kind: isinstance(kind, type) and issubclass(kind, Settings),
         lambda group: group.model_dump(mode="json"),

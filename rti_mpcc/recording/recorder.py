@@ -36,7 +36,7 @@ from rti_mpcc.recording.contents import (
     to_data,
     to_line,
 )
-from rti_mpcc.types import Array, Command, VehicleState
+from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 
 _log = logging.getLogger(__name__)
@@ -110,7 +110,7 @@ class Recorder:
             now=as_recorded(now, float, nan),
             goal=as_recorded(goal, Pose2 | None, unchecked_pose(nan, nan, nan)),
             measurements=as_recorded(detections, tuple[GoalMeasurement, ...], (_NO_MEASUREMENT,)),
-            obstacles=as_recorded(obstacles, tuple[Array, ...] | None, (np.array([nan]),)),
+            obstacles=as_recorded(obstacles, tuple[Array | Obstacle, ...] | None, (np.array([nan]),)),
             **orders,
         )
         clock = clock or CycleClock(core_of(driver).config.deadline)

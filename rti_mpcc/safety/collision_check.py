@@ -9,13 +9,14 @@ The next motion of an obstacle with outline O and velocity v_o is not known:
       t_stop = dead time + cycle + |v| / a_max
 
 for all times t of the plan: the obstacle may continue or stop, and near the leading edge of the body it may
-turn into any direction while the vehicle needs t_stop to stand.
+turn into any direction while the vehicle needs t_stop to stand. One that turns about its middle covers more
+by its radius times the angle, and at most by twice its radius.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, cos, hypot, inf, sin
+from math import ceil, cos, inf, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.route_start import CHECK_SPACING
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.planning.surroundings import Obstacle, Surroundings
+from rti_mpcc.planning.surroundings import Surroundings, TrackedObstacle
 from rti_mpcc.types import Array, Trajectory
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
@@ -140,7 +141,9 @@ def distance_to_moving(
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in s.area.moving:
-        _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.clearance.least, near)
+        apart = np.minimum(obstacle.turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
+        ahead_apart = apart + (obstacle.speed + obstacle.turning) * stop
+        _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, apart, ahead_apart, near)
     return float(marks[np.argmax(near)]) if near.any() else inf
 
 
@@ -151,20 +154,20 @@ def _meets(
     hull: Array2,
     velocity: Array1,
     elapsed: Array1,
-    stop: Array1,
-    least: float,
+    least: Array1,
+    ahead: Array1,
     near: IndexOut1,
 ) -> None:
-    """Equation (S1): set `near` (n,) to 1 where one of the bodies at `states` (n, 6) may meet it."""
+    """Equation (S1): set `near` (n,) to 1 where one of the bodies at `states` (n, 6) may meet it: nearer than
+    `least` (n,), or its leading edge nearer than `ahead` (n,) [m]."""
     covered, seen = np.empty((len(hull) + 2, 2)), np.empty((len(hull) + 2, 2))
     edge, witness = np.empty((2, 2)), np.empty(WITNESS)
-    speed = hypot(velocity[0], velocity[1])
     for n in range(len(states)):
         count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
         c, s = cos(states[n, PHI]), sin(states[n, PHI])
         in_frame(covered, 0, count, states[n, X], states[n, Y], c, s, seen)
         distance_between(body, 0, len(body), seen, 0, count, inf, witness)
-        if witness[VALUE] <= least:
+        if witness[VALUE] <= least[n]:
             near[n] = 1
         # The leading edge: corners 1 and 2 are those at the front.
         first = 1 if states[n, V] >= 0.0 else 3
@@ -172,7 +175,7 @@ def _meets(
             k = (first + j) % len(body)
             edge[j, 0], edge[j, 1] = body[k, 0], body[k, 1]
         distance_between(edge, 0, 2, seen, 0, count, inf, witness)
-        if witness[VALUE] <= least + speed * stop[n]:
+        if witness[VALUE] <= ahead[n]:
             near[n] = 1
 
 
@@ -270,14 +273,14 @@ def nearest_object(
     return Met(nearest.what, (x, y))
 
 
-def _obstacle(obstacle: Obstacle, body: shapely.Polygon, ahead: float, stop: float) -> _Near:
+def _obstacle(obstacle: TrackedObstacle, body: shapely.Polygon, ahead: float, stop: float) -> _Near:
     """An obstacle; one that moves is met as far before it as it gets while the vehicle stops, Eq. (S1)."""
-    shape, name = obstacle.shape, f"obstacles[{obstacle.index}]"
+    shape, name = obstacle.shape, obstacle.name or f"obstacles[{obstacle.index}]"
     if not obstacle.moves:
         return _Near(body.distance(shape), name, shape)
     moved = shapely.transform(shape, lambda corners: corners + ahead * obstacle.velocity)
     covered = shapely.convex_hull(shapely.union_all([shape, moved]))
-    return _Near(body.distance(covered) - stop * obstacle.speed, name, covered)
+    return _Near(body.distance(covered) - stop * (obstacle.speed + obstacle.turning), name, covered)
 
 
 def _solid_near(body: shapely.Polygon, area: Area) -> Iterator[_Near]:

@@ -81,7 +81,8 @@ def simulate(
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or beside those
-            of its area; those of its faults are added. The controller is given them every cycle.
+            of its area; those of its faults, and the moving ones, are added. The controller is given them
+            every cycle.
         goal_source: how the goal is known; must be the default in a run without a detector.
         detector: looks for the goal in place of the one that the scenario describes.
         seen: called with every picture of the scenario's camera, see `Seen`.
@@ -110,6 +111,7 @@ def simulate(
         corridor=corridor,
         vehicle=config.vehicle,
         faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
+        moving=scenario.moving,
         obstacles_at=obstacles_at,
     )
     controller = controller or mission_of(scenario, controller_of(scenario, config))

@@ -46,7 +46,7 @@ from rti_mpcc.simulation.sections.controller import (
     built_step,
 )
 from rti_mpcc.simulation.sections.goal import GoalSection
-from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, PathSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -78,6 +78,7 @@ class Scenario(Section):
     limits: Limits = Limits()
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()
+    moving: ListOf[MovingSection] = ()
     faults: ListOf[FaultSection] = ()
     mission: ListOf[MissionSection] = ()
     home: PoseSection | None = None

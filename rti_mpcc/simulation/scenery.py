@@ -17,15 +17,15 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.mission_state import StepRecord
 from rti_mpcc.simulation.faults import FaultSection
-from rti_mpcc.types import Array
+from rti_mpcc.simulation.sections.ground import MovingSection
+from rti_mpcc.types import Array, Obstacle
 
 THICKNESS = 0.5  # of an obstacle that blocks the route, along it [m]
 ACROSS = 10.0  # its largest reach to each side of the path, if no boundary is nearer [m]
 BESIDE = 0.5  # its reach in an area beyond both sides of a body on the path [m]
 _TOUCHING = 1e-3  # bodies that are nearer to one another are in contact [m]
-_SLICE = 500  # bodies measured in one call: few things are near to so few of them
 
-Outlines = Sequence[Array]
+Outlines = Sequence[Array | Obstacle]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -36,6 +36,7 @@ class Scenery:
     corridor: Corridor | None  # along the path, None in an area
     vehicle: Vehicle
     faults: tuple[FaultSection, ...] = ()  # those that block the route
+    moving: tuple[MovingSection, ...] = ()
     obstacles_at: Callable[[float], Outlines] | None = None  # see `simulate`
     changes: list[tuple[float, Outlines]] = field(default_factory=list)  # (from time [s], obstacles)
     walls: dict[FaultSection, Array] = field(default_factory=dict)  # of each fault across the route
@@ -43,7 +44,7 @@ class Scenery:
     @property
     def changing(self) -> bool:
         """Whether obstacles may come and go."""
-        return self.obstacles_at is not None or bool(self.faults)
+        return self.obstacles_at is not None or bool(self.faults or self.moving)
 
     def obstacles(self, now: float, pose: Pose2, part: int, near: float) -> Outlines:
         """The obstacles at `now` [s]; to be asked in every cycle.
@@ -56,7 +57,8 @@ class Scenery:
                 self.walls[fault] = self._wall(pose, part, near, fault.amount)
         own = () if self.corridor is None else self.corridor.obstacles
         usual = own if self.obstacles_at is None else self.obstacles_at(now)
-        found = [*usual, *(self.walls[fault] for fault in acting)]
+        moving = filter(None, (each.at(now) for each in self.moving))
+        found = [*usual, *moving, *(self.walls[fault] for fault in acting)]
         known = self.changes[-1][1] if self.changes else None
         if known is None or len(found) != len(known) or not all(map(np.array_equal, found, known)):
             self.changes.append((now, found))

@@ -206,6 +206,7 @@ DOORS: dict[str, Door] = {
     "GoalPoseFilter.estimate": door(_filter().estimate, now=2.0),
     "stds_in": door(estimation.stds_in, goals=np.zeros((1, 3)), covariances=np.ones((1, 3, 3))),
     # -- rti_mpcc ------------------------------
+    "Obstacle": door(rti_mpcc.Obstacle, polygon=SQUARE, velocity=(1.0, 0.0), turn_rate=0.1, name="cart"),
     "Approach": door(rti_mpcc.Approach, length=2.0, direction=1),
     "ControllerConfig.for_vehicle": door(ControllerConfig.for_vehicle, kind="van"),
     "Dock": door(

@@ -35,7 +35,7 @@ ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
-Obstacle = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
+Outline = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
 """A polygon, a line, or a point."""
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, field_validator
 
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
+from geometry.outline import checked_shape, outline_at
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
-    Obstacle,
+    Outline,
+    Pair,
     Polygon,
     Positive,
     Section,
@@ -19,6 +22,7 @@ from rti_mpcc.simulation.sections.base import (
     beside_the_file,
     refusal,
 )
+from rti_mpcc.types import Obstacle
 
 
 class SegmentSection(Section):
@@ -78,7 +82,7 @@ class CorridorSection(Section):
     right: float | None = None
     narrowings: ListOf[NarrowingSection] = ()
     polygon: Polygon | None = None
-    obstacles: ListOf[Obstacle] = ()
+    obstacles: ListOf[Outline] = ()
 
     def _problems(self) -> Iterator[KeyProblem]:
         for key, value in (("left", self.left), ("right", self.right)):
@@ -102,6 +106,33 @@ class CorridorSection(Section):
         )
 
 
+class MovingSection(Section):
+    """An obstacle that moves: `polygon` [m] where it is at `from` [s], `velocity` [m/s], until `to` [s]."""
+
+    polygon: Outline
+    velocity: Pair
+    turn_rate: float = 0.0
+    start: float = Field(0.0, alias="from", ge=0.0)
+    end: float | None = Field(None, alias="to")
+    name: str = ""
+
+    def _problems(self) -> Iterator[KeyProblem]:
+        if self.end is not None and self.end <= self.start:
+            yield KeyProblem("to", self.end, f"must be above from = {self.start}")
+        yield from refusal("", None, lambda: self.at(self.start), MovingSection)
+
+    def at(self, now: float) -> Obstacle | None:
+        """The obstacle at `now` [s]; None: it is not there. Raises InputError."""
+        if now < self.start or (self.end is not None and now > self.end):
+            return None
+        corners, seconds = np.array(self.polygon), now - self.start
+        middle = checked_shape(corners, "polygon").centroid
+        turned = outline_at(
+            corners - (middle.x, middle.y), Pose2(middle.x, middle.y, self.turn_rate * seconds)
+        )
+        return Obstacle(turned + seconds * np.array(self.velocity), self.velocity, self.turn_rate, self.name)
+
+
 class AreaSection(Section):
     """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
 
@@ -109,7 +140,7 @@ class AreaSection(Section):
     """
 
     boundary: Polygon | None = None
-    obstacles: ListOf[Obstacle] = ()
+    obstacles: ListOf[Outline] = ()
     map: str | None = None
 
     _beside = field_validator("map")(beside_the_file)

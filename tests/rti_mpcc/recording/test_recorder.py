@@ -13,7 +13,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder, load_problem, read_recording, replay
-from rti_mpcc.types import Reason, VehicleState
+from rti_mpcc.types import Obstacle, Reason, VehicleState
 from tests.rti_mpcc.docking_runs import drive as drive_bare
 from tests.rti_mpcc.recording.recordings import (
     CYCLE,
@@ -70,7 +70,24 @@ def test_numbers_of_other_types(tmp_path: Path) -> None:
     assert repr(first.state) == f"VehicleState(x=1.0, y={float(np.float32(2.1))}, phi=1.0, v=0.0, delta=0.0)"
     assert (first.now, repr(second.now)) == (0.5, "1.0")
     assert second.obstacles is not None
-    assert second.obstacles[0].tolist() == [[9.0, 9.0], [10.0, 9.0], [10.0, 10.0]]
+    assert np.asarray(second.obstacles[0]).tolist() == [[9.0, 9.0], [10.0, 9.0], [10.0, 10.0]]
+    assert replay(tmp_path / "run.jsonl").identical
+
+
+def test_obstacles_that_say_how_they_move_are_played_back(tmp_path: Path) -> None:
+    corners = [[9.0, 9.0], [10.0, 9.0], [10.0, 10.0]]
+    given: list[Any] = [Obstacle(corners, (0.5, -0.1), 0.2, "cart"), Obstacle(corners), corners]
+    with Recorder(controller(), tmp_path / "run.jsonl") as recorder:
+        for k in range(3):
+            recorder.step(REST, now=0.05 * k, obstacles=given)
+    (*_, last) = (cycle.inputs for cycle in read_recording(tmp_path / "run.jsonl").cycles)
+    assert last.obstacles is not None
+    moving, named, bare = last.obstacles
+    assert isinstance(moving, Obstacle)
+    assert (moving.velocity, moving.turn_rate, moving.name) == ((0.5, -0.1), 0.2, "cart")
+    assert isinstance(named, Obstacle)
+    assert named.velocity is None
+    assert [np.asarray(each).tolist() for each in (moving, named, bare)] == 3 * [corners]
     assert replay(tmp_path / "run.jsonl").identical
 
 

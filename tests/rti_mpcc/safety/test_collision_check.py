@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
@@ -14,9 +15,9 @@ from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.planning.route_start import CHECK_SPACING
 from rti_mpcc.planning.state import ControllerState, Task, VehicleEstimate
-from rti_mpcc.planning.surroundings import Obstacle, Surroundings, observed
+from rti_mpcc.planning.surroundings import Surroundings, TrackedObstacle, observed
 from rti_mpcc.safety import collision_check
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, Obstacle, Trajectory
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig(dead_time=0.18)
@@ -140,17 +141,17 @@ def test_a_boundary_is_told_by_its_side(side: float, name: str) -> None:
 # -- what moves ----------------------------------------------------------------------------------------------
 
 
-def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
+def walking(x: float, y: float, speed: float, heading: float) -> TrackedObstacle:
     """A square of 0.6 m that has been seen to walk for a while."""
     step = 0.05 * speed * np.array([np.cos(heading), np.sin(heading)])
-    known: tuple[Obstacle, ...] = ()
+    known: tuple[TrackedObstacle, ...] = ()
     for k in range(-10, 1):
         corners = square(x + k * step[0], y + k * step[1], 0.6)
         known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1))
     return known[0]
 
 
-def way_to(walker: Obstacle, plan: Trajectory) -> float:
+def way_to(walker: TrackedObstacle, plan: Trajectory) -> float:
     area = replace(around(corridor(wall_at=None)), obstacles=(walker,))
     return collision_check.distance_to_moving(known(area), plan, CONFIG)
 
@@ -176,6 +177,26 @@ def test_what_moves_is_met_where_another_library_says() -> None:
         assert way_to(walker, plan) == pytest.approx(expected)
         met += expected < np.inf
     assert 5 < met < 35
+
+
+def test_a_gate_that_swings_is_met_at_the_latest_where_it_is_by_then() -> None:
+    """Bars turn about their middles into a lane that is driven at 2 m/s."""
+    random, met = np.random.default_rng(9), 0
+    for _ in range(60):
+        place, turn_rate = random.uniform((5.0, 1.5), (20.0, 4.5)), float(random.uniform(-0.8, 0.8))
+        bar = shapely.affinity.rotate(shapely.box(-2.0, -0.05, 2.0, 0.05), random.uniform(0.0, 360.0))
+        bar = shapely.affinity.translate(bar, *place)
+        gate = Obstacle(shapely.get_coordinates(bar)[:-1], (0.0, 0.0), turn_rate)
+        (walker,) = observed((), [gate], 0.0, -0.05)
+        found = way_to(walker, straight_on(0.0, 20.0))
+        for mark in np.arange(101) * 0.2:
+            body = shapely.Polygon(body_polygons(np.array([[mark, 0.0, 0.0]]), CONFIG.vehicle)[0])
+            angle = turn_rate * (CONFIG.dead_time + 0.5 * mark)
+            if shapely.affinity.rotate(bar, angle, use_radians=True).intersects(body):
+                met += 1
+                assert found <= mark + 1e-9
+                break
+    assert met > 5
 
 
 def test_between_coarse_stages_nothing_is_missed() -> None:

@@ -117,3 +117,47 @@ def test_without_changes_no_obstacles_are_given(
     result = simulate(scenario, controller=controller, obstacles_at=lambda now: [np.array(BOX)])
     ((_, outlines),) = result.obstacles
     assert len(outlines) == 1
+
+
+# -- obstacles that move -------------------------------------------------------------------------------------
+
+CART = {"polygon": [[6.0, 4.0], [7.0, 4.0], [7.0, 5.0], [6.0, 5.0]], "velocity": [0.0, -0.5]}
+
+
+def test_a_moving_obstacle_is_given_with_its_velocity_where_it_is_while_it_is_there(
+    scripted: Any, straight: Scenario
+) -> None:
+    cart = {**CART, "from": 0.5, "to": 1.5, "turn_rate": 0.2, "name": "cart"}
+    controller = scripted(script=still)
+    simulate(changed(straight, {"simulation.duration": 2.0, "moving": [cart]}), controller=controller)
+    times = np.array([given[0] for given in controller.given])
+    there = [given[3] for given in controller.given]
+    assert [len(each) for each in there] == [int(0.5 <= time <= 1.5) for time in times]
+    (last,) = there[int(np.flatnonzero(times <= 1.5)[-1])]
+    assert (last.velocity, last.turn_rate, last.name) == ((0.0, -0.5), 0.2, "cart")
+    middle = np.asarray(last).mean(axis=0)
+    assert middle == pytest.approx([6.5, 4.5 - 0.5 * 1.0])
+    turned = np.asarray(last) - middle
+    assert np.arctan2(turned[2, 1], turned[2, 0]) == pytest.approx(np.pi / 4 + 0.2)
+
+
+def test_the_clearance_is_to_where_a_moving_obstacle_is_at_that_time(
+    scripted: Any, straight: Scenario
+) -> None:
+    scenario = changed(straight, {"simulation.duration": 10.0, "moving": [CART]})
+    figures = summary(simulate(scenario, controller=scripted(script=still)))
+    # It passes in front of the vehicle, which stands 6 m - front away.
+    assert figures["min_clearance_m"] == pytest.approx(min(3.0 - HALF + BESIDE, 6.0 - FRONT), abs=0.01)
+
+
+@pytest.mark.parametrize("velocity", [[0.0, -0.6], [-0.4, 0.0]], ids=["crosses", "comes towards"])
+def test_a_moving_obstacle_is_waited_for_and_not_touched(straight: Scenario, velocity: list[float]) -> None:
+    lane = {"path.segments": [{"direction": 1, "curvature": 0, "length": 20}], "corridor.left": 6.0}
+    there = {"crosses": [[9.0, 4.0], [10.0, 4.0], [10.0, 5.0], [9.0, 5.0]]}.get(
+        "crosses" if velocity[1] else "", [[19.0, 3.5], [20.0, 3.5], [20.0, 4.5], [19.0, 4.5]]
+    )
+    cart = {"polygon": there, "velocity": velocity, "name": "cart"}
+    result = simulate(changed(straight, {**lane, "moving": [cart], "simulation.duration": 60.0}))
+    figures = summary(result)
+    assert figures["docked"]
+    assert figures["min_clearance_m"] > 0.0
