@@ -331,9 +331,10 @@ class RtiMpcc:
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
-        change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
+        else:
+            change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
         controls = shifted.controls + change[pattern.control_columns]
         read_only(states, controls, shifted.times)
