@@ -46,10 +46,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("corridor", ("geometry.corridor:Corridor.contacts", "rti_mpcc.controller:corridor_rows")),
     (
         "filling",
-        tuple(
-            f"rti_mpcc.controller:fill_{group}"
-            for group in ("cost", "curvature", "dynamics", "bounds", "corridor", "initial")
-        ),
+        tuple(f"rti_mpcc.controller:{name}" for name in ("fill", "fill_curvature", "fill_initial")),
     ),
     ("OSQP update", ("rti_mpcc.qp.solver:QpSolver.update",)),
     ("prepare, rest", ("rti_mpcc.controller:RtiMpcc.prepare",)),

@@ -19,6 +19,7 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
+    NO_ROWS,
     CorridorRows,
     corridor_rows,
     free_response,
@@ -36,12 +37,9 @@ from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
     empty_values,
-    fill_bounds,
-    fill_corridor,
+    fill,
     fill_corridor_bounds,
-    fill_cost,
     fill_curvature,
-    fill_dynamics,
     fill_initial,
     fill_motion_bounds,
 )
@@ -132,7 +130,7 @@ class RtiMpcc:
             last: the solution to continue from; default: this object's last one.
             plan: a trajectory to start afresh from, with nothing kept of the last solution.
             objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place.
-            damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
+            damping: how little one iteration is trusted, see `fill`; it moves no fixed point.
             steps: of the solver; None: `WARM` from a solution, `COLD` from a `plan`, far from its optimum.
             again: the same QP is resumed: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
@@ -187,14 +185,16 @@ class RtiMpcc:
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
-        fill_cost(values, pattern, *cost, weights.slack, weights.scale, damping, IDLE_WEIGHT)
-        if last is not None and len(last.dual) == len(values.lower):
-            fill_curvature(values, pattern, states, step.state, last.dual, weights.scale / last.weights.scale)
-        fill_dynamics(values, pattern, *step, lengths, states)
-        fill_bounds(values, pattern, *bounds, states, controls, ROW_SCALING_FROM, steps.row_scaling)
         rows = self._rows(shifted, states) if along_path else None
         drift = None if rows is None else free_response(states, lengths, wheelbase)
-        fill_corridor(values, pattern, rows, ROW_SCALING_FROM, steps.row_scaling)
+        fill(
+            values, pattern, cost, step, bounds, rows or NO_ROWS, states, controls, lengths,
+            weights.slack, weights.scale, damping, IDLE_WEIGHT, ROW_SCALING_FROM, steps.row_scaling,
+        )  # fmt: skip
+        if last is not None and len(last.dual) == len(values.lower):
+            grown = weights.scale / last.weights.scale
+            slots = values.cost, pattern.hessians, pattern.dynamics_rows
+            fill_curvature(*slots, states, step.state, last.dual, grown)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -234,7 +234,7 @@ class RtiMpcc:
         linear = self._linearisation
         assert linear is not None
         measured = linear.frame.states_in(state[None])[0]
-        measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
+        measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
         measured[THETA] = min(measured[THETA], self.target.farthest)
         change = measured - linear.states[0]
         fill_initial(self._values, self._pattern, change)
@@ -287,9 +287,10 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
         """
-        comfort = self.config.comfort
+        values, pattern, comfort = self._values, self._pattern, self.config.comfort
         far_out = fill_motion_bounds(
-            self._values, self._pattern, measured, linear.states, linear.lengths, *linear.bounds,
+            values.lower, values.upper, values.row_scaling, pattern.bound_rows, pattern.bound_units,
+            measured, linear.states, linear.lengths, *linear.bounds,
             comfort.acceleration, comfort.steering_rate,
         )  # fmt: skip
         if linear.rows is None or linear.drift is None:
@@ -313,13 +314,14 @@ class RtiMpcc:
             np.maximum(lack - margin, 0.0),
             vehicle.rear if direction > 0 else vehicle.front,
         )
-        fill_corridor_bounds(self._values, self._pattern, bounds)
+        fill_corridor_bounds(values, pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin
 
     def _first_iterate(self, change: Array) -> tuple[Array, Array]:
         """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
         pattern = self._pattern
-        primal, dual = np.zeros_like(self._values.gradient), np.zeros_like(self._values.lower)
+        rows, columns = pattern.shape
+        primal, dual = np.zeros(columns), np.zeros(rows)
         primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
             primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
@@ -329,9 +331,10 @@ class RtiMpcc:
 
     def _read(self, linear: Linearisation, result: QpSolution, started: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
-        change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
+        else:
+            change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
         controls = shifted.controls + change[pattern.control_columns]
         read_only(states, controls, shifted.times)

@@ -87,38 +87,42 @@ def rollout(state: Array1, controls: Array2, lengths: Array1, wheelbase: float) 
     return states
 
 
-@kernel
-def defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> tuple[float, float]:
-    """Errors [m], [rad] that the first n stages of a plan (N+1, 6), (N, 3) add up to against the model.
+@record
+class Extremes(NamedTuple):
+    """The largest values in a plan, wherever they are.
 
-    `lengths`: (n,) [s].
+    Attributes:
+        drift [m], turn [rad]: what the errors against the model add up to over the first stages.
+        position [m], heading [rad]: error of one stage.
+        speed [m/s], angle [rad], acceleration [m/s²], steering_rate [rad/s]: absolute.
     """
-    reached, position, heading = np.empty(STATES), 0.0, 0.0
-    for k in range(len(lengths)):
-        propagate(states[k], controls[k], lengths[k], wheelbase, reached)
-        position += hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y])
-        heading += abs(reached[PHI] - states[k + 1, PHI])
-    return position, heading
+
+    drift: float
+    turn: float
+    position: float
+    heading: float
+    speed: float
+    angle: float
+    acceleration: float
+    steering_rate: float
 
 
 @kernel
-def extremes(
-    times: Array1, states: Array2, controls: Array2, wheelbase: float
-) -> tuple[float, float, float, float, float, float]:
-    """The largest values in a plan of N stages, wherever they are.
-
-    Returns: errors of one stage against the model, in place [m] and heading [rad]; |v| [m/s], |delta| [rad],
-        |a| [m/s²], |delta_dot| [rad/s].
-    """
-    reached, position, heading, a, rate = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
-    speed, angle = abs(states[0, V]), abs(states[0, DELTA])
+def extremes(times: Array1, states: Array2, controls: Array2, wheelbase: float, span: float) -> Extremes:
+    """Of a plan of N stages; the errors add up over those that begin within `span` [s], one at least."""
+    reached, drift, turn, position, heading = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
+    speed, angle, a, rate = abs(states[0, V]), abs(states[0, DELTA]), 0.0, 0.0
     for k in range(len(controls)):
         propagate(states[k], controls[k], times[k + 1] - times[k], wheelbase, reached)
-        position = max(position, hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y]))
-        heading = max(heading, abs(reached[PHI] - states[k + 1, PHI]))
+        off = hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y])
+        turned = abs(reached[PHI] - states[k + 1, PHI])
+        if k == 0 or times[k] < times[0] + span:
+            drift += off
+            turn += turned
+        position, heading = max(position, off), max(heading, turned)
         speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
         a, rate = max(a, abs(controls[k, A])), max(rate, abs(controls[k, DELTA_DOT]))
-    return position, heading, speed, angle, a, rate
+    return Extremes(drift, turn, position, heading, speed, angle, a, rate)
 
 
 _TIMES = (0.0, 0.5, 1.0)

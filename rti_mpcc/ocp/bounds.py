@@ -95,9 +95,11 @@ def stage_bounds(
         direction,
         np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
-        (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
+        disturbance.acting_steering(-most_steering),
+        disturbance.acting_steering(most_steering),
         target.farthest if ends else inf,
-        (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
+        max(d - gain * limits.acceleration, -planned),
+        min(d + gain * limits.acceleration, planned),
         limits.steering_rate * disturbance.rate_share,
     )
     if change is not None:
@@ -127,9 +129,11 @@ def _stage_bounds(
     direction: int,
     most: Array1,
     back: float,
-    steering: tuple[float, float],
+    right: float,
+    left: float,
     farthest: float,
-    acceleration: tuple[float, float],
+    braking: float,
+    acceleration: float,
     steering_rate: float,
 ) -> StageBounds:
     """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
@@ -137,9 +141,9 @@ def _stage_bounds(
     for k in range(len(most)):
         speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
-        states[k, 0, 1], states[k, 1, 1] = steering
+        states[k, 0, 1], states[k, 1, 1] = right, left
         states[k, 0, 2], states[k, 1, 2] = -inf, farthest
-        controls[k, 0, 0], controls[k, 1, 0] = acceleration
+        controls[k, 0, 0], controls[k, 1, 0] = braking, acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
     return StageBounds(states, controls)

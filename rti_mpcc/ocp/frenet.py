@@ -51,8 +51,8 @@ class LocalFrame(NamedTuple):
 
     def pose_in(self, pose: Pose2) -> Array:
         """A pose (3,) in this frame, heading not wrapped."""
-        (local,) = self.states_in(np.array([[pose.x, pose.y, pose.phi]]))
-        return np.asarray(local)
+        local: Array = self.states_in(np.array([[pose.x, pose.y, pose.phi]]))[0]
+        return local
 
     def reference_in(self, reference: PathReference) -> PathReference:
         """References in this frame."""

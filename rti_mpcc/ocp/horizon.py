@@ -58,12 +58,14 @@ def _growth(total: float, count: int) -> float:
     return g
 
 
-def stage_times(begin: float, lengths: Array) -> Array:
+@kernel
+def stage_times(begin: float, lengths: Array1) -> Out1:
     """Times (N+1,) [s] of the stages' ends, from `begin` [s] on."""
-    times = np.empty(len(lengths) + 1)
+    times, elapsed = np.empty(len(lengths) + 1), 0.0
     times[0] = begin
-    np.add.accumulate(lengths, out=times[1:])
-    times[1:] += begin
+    for k in range(len(lengths)):
+        elapsed += lengths[k]
+        times[k + 1] = elapsed + begin
     return times
 
 

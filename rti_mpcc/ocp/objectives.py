@@ -13,6 +13,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from geometry import Corridor, PathPart, PathReference
+from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.frenet import FrenetErrors
@@ -67,7 +68,7 @@ class StageWeights:
     @property
     def follows_path(self) -> bool:
         """Whether any stage counts its Frenet errors."""
-        return bool(self.lag.any() or self.contouring.any() or self.heading.any())
+        return any(np.count_nonzero(each) for each in (self.lag, self.contouring, self.heading))
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +177,7 @@ def contouring_weights(weights: Weights, lengths: Array, cruise_speed: float, ef
         cruise_speed: where the progress reward has its best if the weights leave virtual_speed open [m/s].
         effort: weight on the squared acceleration, in place of that of `weights`.
     """
-    share, reward = stage_share(lengths), weights.progress_reward
+    share, reward = stage_share(lengths, STAGE_LENGTH), weights.progress_reward
     open_weight = reward / (2.0 * cruise_speed)
     virtual_speed = open_weight if weights.virtual_speed is None else weights.virtual_speed
     return StageWeights(
@@ -203,8 +204,8 @@ def arrival_weights(
         lengths: (N,) of the stages [s].
         comfort: weights on what goes beyond it, in place of those of `weights`.
     """
-    goal, whole = np.full(3, weights.arrival_pose), stage_share(lengths)
-    share, none = whole * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3, np.zeros_like(whole)
+    goal, whole = np.full(3, weights.arrival_pose), stage_share(lengths, STAGE_LENGTH)
+    share, none = whole * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3, np.zeros(len(whole))
     return StageWeights(
         lag=none,
         contouring=none,
@@ -222,11 +223,12 @@ def arrival_weights(
     )
 
 
-def stage_share(lengths: Array, unit: float = STAGE_LENGTH) -> Array:
+@kernel
+def stage_share(lengths: Array1, unit: float) -> Out1:
     """What each stage counts (N+1,): its length over the `unit` [s] that the weights belong to."""
-    share = np.empty(len(lengths) + 1)
-    share[:-1], share[-1] = lengths, lengths[-1]
-    share /= unit
+    share, stages = np.empty(len(lengths) + 1), len(lengths)
+    for k in range(stages + 1):
+        share[k] = lengths[min(k, stages - 1)] / unit
     return share
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
+from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel, record
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
@@ -36,13 +36,14 @@ Terms = Callable[[Array, Array], None]
 """Adds terms of an objective's own to the Hessian and the gradient of the states."""
 
 
+@record
 class QuadraticCost(NamedTuple):
     """Hessian and gradient of the cost in the change of states and controls (there diagonal)."""
 
-    state_hessian: Array  # (N+1, 6, 6)
-    state_gradient: Array  # (N+1, 6)
-    control_hessian: Array  # (N, 3)
-    control_gradient: Array  # (N, 3)
+    state_hessian: Out3  # (N+1, 6, 6)
+    state_gradient: Out2  # (N+1, 6)
+    control_hessian: Out2  # (N, 3)
+    control_gradient: Out2  # (N, 3)
 
 
 def quadratic_cost(

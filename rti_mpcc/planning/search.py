@@ -12,7 +12,7 @@ from geometry.arrays import all_finite
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import defects, extremes
+from rti_mpcc.model.bicycle import Extremes, extremes
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -295,21 +295,21 @@ def rejection_reason(
     slack = float(solution.slack.max())
     if slack > BLOCKED_SLACK + float(solution.slack[0]):
         return f"the plan leaves the corridor by {slack:.2f} m"
-    position, heading = defect(plan, config)
-    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
-        return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
-    return _far_ahead(plan, config, disturbance, longest)
+    found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
+    if found.drift > POSITION_DEFECT or found.turn > HEADING_DEFECT:
+        return f"the plan breaks the dynamics by {found.drift:.2f} m and {np.degrees(found.turn):.1f} deg"
+    return _far_ahead(plan, found, config, disturbance, longest)
 
 
-def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturbance, longest: float) -> str:
+def _far_ahead(
+    plan: Trajectory, found: Extremes, config: ControllerConfig, disturbance: Disturbance, longest: float
+) -> str:
     """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
         return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
-    position, heading, speed, angle, a, rate = extremes(
-        plan.times, plan.states, plan.controls, config.vehicle.wheelbase
-    )
+    _, _, position, heading, speed, angle, a, rate = found
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
     begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))
     if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):
@@ -320,12 +320,3 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
     if position > POSITION_DEFECT or heading > HEADING_DEFECT:
         return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
     return ""
-
-
-def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:
-    """Errors [m], [rad] that a plan's first `CHECKED_SPAN` adds up to against the dynamics."""
-    times = plan.times
-    stages = int(np.searchsorted(times, times[0] + CHECKED_SPAN))
-    stages = min(max(stages, 1), len(plan.controls))
-    lengths = times[1 : stages + 1] - times[:stages]
-    return defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)

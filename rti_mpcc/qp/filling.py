@@ -11,9 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Array4, Out1, inner, kernel, record
+from geometry.compiled import Array1, Array2, Array3, Index2, Index3, Out1, inner, kernel, record
+from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
+from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.pattern import BOUNDED, CONTROL_UNITS, HESSIAN_PAIRS, SLACK_UNIT, STATE_UNITS, QpPattern
 from rti_mpcc.types import Array
 
@@ -65,24 +68,43 @@ def empty_values(pattern: QpPattern) -> QpValues:
     # The solver is told from the start which rows are equations, and which have bounds at all.
     values.lower[pattern.dynamics_rows] = values.upper[pattern.dynamics_rows] = 0.0
     values.lower[pattern.bound_rows], values.upper[pattern.bound_rows] = -1.0, 1.0
-    fill_corridor(values, pattern, None, ROW_SCALING_FROM, 1.0)
+    loose, relief = min(-LOOSE / ROW_SCALING_FROM, ROW_SCALING_MOST), pattern.half_planes[..., POSE]
+    values.constraints[relief] = pattern.constraint_scale[relief] / loose
+    values.row_scaling[pattern.corridor_rows], values.lower[pattern.corridor_rows] = loose, LOOSE / loose
     return values
 
 
 @kernel
-def fill_cost(
+def fill(
     values: QpValues, pattern: QpPattern,
-    state_hessian: Array3, state_gradient: Array2, control_hessian: Array2, control_gradient: Array2,
-    slack: float, scale: float, damping: float, idle: float,
+    cost: QuadraticCost, step: ModelStep, bounds: StageBounds, rows: CorridorRows,
+    states: Array2, controls: Array2, lengths: Array1,
+    slack: float, scale: float, damping: float, idle: float, scaled_from: float, most: float,
 ) -> None:  # fmt: skip
-    """P and q, from a `QuadraticCost`.
+    """Preparation: all of the QP but the measured state, about states (N+1, 6) and controls (N, 3).
 
     Args:
+        rows: of the corridor; those of sides that it no longer has, or all, are loose.
+        lengths: (N,) of the stages [s].
         slack: linear weight of the corridor slack [1/m]; scale: multiplies all of the cost.
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
         idle: weight on the change of progress where nothing else is on it, `IDLE_WEIGHT`.
+        scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
     """
+    _fill_cost(values, pattern, cost, slack, scale, damping, idle)
+    _fill_dynamics(values, pattern, step, lengths, states)
+    _fill_bounds(values, pattern, bounds, states, controls, scaled_from, most)
+    _fill_half_planes(values, pattern, rows, scaled_from, most)
+
+
+@inner
+def _fill_cost(
+    values: QpValues, pattern: QpPattern, cost: QuadraticCost,
+    slack: float, scale: float, damping: float, idle: float,
+) -> None:  # fmt: skip
+    """P and q."""
+    state_hessian, state_gradient, control_hessian, control_gradient = cost
     for k in range(len(state_hessian)):
         if state_hessian[k, THETA, THETA] != 0.0:
             idle = 0.0
@@ -111,9 +133,10 @@ def fill_cost(
 
 @kernel
 def fill_curvature(
-    values: QpValues, pattern: QpPattern, states: Array2, reached: Array2, dual: Array1, scale: float
-) -> None:
-    """Add the dynamics' own curvature in the heading to P, after `fill_cost` (docs/method.md).
+    cost: Out1, hessians: Index2, dynamics_rows: Index2,
+    states: Array2, reached: Array2, dual: Array1, scale: float,
+) -> None:  # fmt: skip
+    """Add the dynamics' own curvature in the heading to P, after `fill` (docs/method.md).
 
     Turning stage k turns its whole way F - z_k in x and y, so the Lagrangian J + l' (F(z_k, u_k) - z_k+1) has
 
@@ -124,22 +147,24 @@ def fill_curvature(
     left out, so P stays positive semi-definite. It moves no fixed point.
 
     Args:
+        cost: of the `QpValues`; hessians, dynamics_rows: of the `QpPattern`.
         states (N+1, 6), reached (N, 6): begin and end of each stage.
         dual: (m,) multipliers of the last QP, scaled units.
         scale: cost scale of this QP over that of the last.
     """
     for k in range(len(reached)):
-        rows = pattern.dynamics_rows[k + 1]
+        rows = dynamics_rows[k + 1]
         bulge = dual[rows[X]] * (states[k, X] - reached[k, X]) / STATE_UNITS[X]
         bulge += dual[rows[Y]] * (states[k, Y] - reached[k, Y]) / STATE_UNITS[Y]
-        values.cost[pattern.hessians[k, _HEADING]] += scale * STATE_UNITS[PHI] ** 2 * max(bulge, 0.0)
+        cost[hessians[k, _HEADING]] += scale * STATE_UNITS[PHI] ** 2 * max(bulge, 0.0)
 
 
-@kernel
-def fill_dynamics(
-    values: QpValues, pattern: QpPattern, reached: Array2, pose_by: Array3, lengths: Array1, states: Array2
+@inner
+def _fill_dynamics(
+    values: QpValues, pattern: QpPattern, step: ModelStep, lengths: Array, states: Array
 ) -> None:
-    """dF/dz, dF/du from a `ModelStep`, and the defects of `states` (N+1, 6)."""
+    """dF/dz, dF/du, and the defects of the states."""
+    reached, pose_by = step
     scale, causes = pattern.constraint_scale, pose_by.shape[2]
     for k in range(len(lengths)):
         for i in range(POSE):
@@ -160,19 +185,14 @@ def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
     return min(max(distance / scaled_from, 1.0), most)
 
 
-@kernel
-def fill_bounds(
-    values: QpValues, pattern: QpPattern,
-    state_limits: Array3, control_limits: Array3, states: Array2, controls: Array2,
+@inner
+def _fill_bounds(
+    values: QpValues, pattern: QpPattern, bounds: StageBounds, states: Array, controls: Array,
     scaled_from: float, most: float,
 ) -> None:  # fmt: skip
-    """`StageBounds` on the changes of `states` (N+1, 6) and `controls` (N, 3).
-
-    Args:
-        scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
-    """
+    """The bounds on the changes of states and controls."""
     for kind in range(2):
-        limits = state_limits if kind == 0 else control_limits
+        limits = bounds.states if kind == 0 else bounds.controls
         for k in range(len(controls)):
             for i in range(CONTROLS):
                 here = states[k + 1, BOUNDED[i]] if kind == 0 else controls[k, i]
@@ -184,24 +204,12 @@ def fill_bounds(
                 values.row_scaling[row], values.lower[row], values.upper[row] = by, low / by, high / by
 
 
-def fill_corridor(
-    values: QpValues, pattern: QpPattern, rows: CorridorRows | None, scaled_from: float, most: float
-) -> None:
-    """The half-planes of all pieces; those of sides that the corridor no longer has, or all, are loose.
-
-    `scaled_from`, `most`: as in `fill_bounds`.
-    """
-    if rows is None:
-        none = (*pattern.corridor_rows.shape[:2], 0)
-        rows = CorridorRows(np.zeros((*none, POSE)), np.zeros(none))
-    _fill_half_planes(values, pattern, *rows, scaled_from, most)
-
-
-@kernel
+@inner
 def _fill_half_planes(
-    values: QpValues, pattern: QpPattern, slopes: Array4, lower: Array3, scaled_from: float, most: float
+    values: QpValues, pattern: QpPattern, rows: CorridorRows, scaled_from: float, most: float
 ) -> None:
     """A loose half-plane has no slopes, but still a relief, which keeps the pattern."""
+    slopes, lower = rows
     stages, pieces, sides = pattern.corridor_rows.shape
     scale = pattern.constraint_scale
     for k in range(stages):
@@ -226,13 +234,15 @@ def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> 
 
 @kernel
 def fill_motion_bounds(
-    values: QpValues, pattern: QpPattern, measured: Array1, states: Array2, lengths: Array1,
-    bounds: Array3, controls: Array3, acceleration: float, steering_rate: float,
+    lower: Out1, upper: Out1, row_scaling: Array1, bound_rows: Index3, bound_units: Array2,
+    measured: Array1, states: Array2, lengths: Array1, bounds: Array3, controls: Array3,
+    acceleration: float, steering_rate: float,
 ) -> bool:  # fmt: skip
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,), and bounds on the
     acceleration, need it.
 
     Args:
+        lower, upper, row_scaling: of the `QpValues`; bound_rows, bound_units: of the `QpPattern`.
         states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
         bounds, controls: the `StageBounds` that were filled last.
         acceleration, steering_rate: of comfort, with which they must return: just outside a limit, at rest
@@ -244,19 +254,19 @@ def fill_motion_bounds(
     for column in range(2):
         quantity, most = (V, acceleration) if column == 0 else (DELTA, steering_rate)
         least, highest = measured[quantity], measured[quantity]
-        rows = pattern.bound_rows[0, :, column]
-        low, high = values.lower[rows[0]], values.upper[rows[0]]
+        rows = bound_rows[0, :, column]
+        low, high = lower[rows[0]], upper[rows[0]]
         for k in range(len(lengths)):
             # As far as comfort and the control's own bounds bring it down, and up.
             least += max(controls[k, 0, column], -most) * lengths[k]
             highest += min(controls[k, 1, column], most) * lengths[k]
             if least <= bounds[k, 1, column] and highest >= bounds[k, 0, column]:
                 continue
-            unit = pattern.bound_units[0, column] * values.row_scaling[rows[k]]
+            unit = bound_units[0, column] * row_scaling[rows[k]]
             about = states[k + 1, quantity]
-            values.upper[rows[k]] = max(values.upper[rows[k]], (least - about) / unit)
-            values.lower[rows[k]] = min(values.lower[rows[k]], (highest - about) / unit)
-        far_out |= values.lower[rows[0]] < low or values.upper[rows[0]] > high
+            upper[rows[k]] = max(upper[rows[k]], (least - about) / unit)
+            lower[rows[k]] = min(lower[rows[k]], (highest - about) / unit)
+        far_out |= lower[rows[0]] < low or upper[rows[0]] > high
     return far_out
 
 

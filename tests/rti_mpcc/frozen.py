@@ -24,7 +24,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
-from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.ocp.corridor_rows import NO_ROWS, corridor_rows
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
 from rti_mpcc.ocp.side_clearance import OUTWARD
@@ -41,11 +41,8 @@ from rti_mpcc.qp.filling import (
     ROW_SCALING_MOST,
     QpValues,
     empty_values,
-    fill_bounds,
-    fill_corridor,
-    fill_cost,
+    fill,
     fill_curvature,
-    fill_dynamics,
     fill_initial,
 )
 from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
@@ -183,16 +180,17 @@ class FrozenProblem:
         goal = self.frame.pose_in(self.target.pose)
         cost = modelled(states, controls, self.weights, self.part, reference, self.walls, goal, config)
         cost.state_gradient[:, THETA] += self.nearing
-        scale, slack = self.weights.scale, self.weights.slack
-        fill_cost(values, pattern, *cost, slack, scale, self.damping, IDLE_WEIGHT)
-        step = linearised_step(states, controls, self.lengths, wheelbase)
-        fill_curvature(values, pattern, states, step.state, dual, 1.0)
-        fill_dynamics(values, pattern, *step, self.lengths, states)
-        fill_bounds(values, pattern, *self.bounds, states, controls, ROW_SCALING_FROM, ROW_SCALING_MOST)
+        step, rows = linearised_step(states, controls, self.lengths, wheelbase), None
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted
             rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
-            fill_corridor(values, pattern, rows, ROW_SCALING_FROM, ROW_SCALING_MOST)
+        fill(
+            values, pattern, cost, step, self.bounds, rows or NO_ROWS, states, controls, self.lengths,
+            self.weights.slack, self.weights.scale, self.damping, IDLE_WEIGHT,
+            ROW_SCALING_FROM, ROW_SCALING_MOST,
+        )  # fmt: skip
+        slots = values.cost, pattern.hessians, pattern.dynamics_rows
+        fill_curvature(*slots, states, step.state, dual, 1.0)
         fill_initial(values, pattern, self.measured - states[0])
 
 

@@ -10,7 +10,7 @@ import pytest
 from rti_mpcc.model.bicycle import ModelStep, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
-from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
+from rti_mpcc.ocp.corridor_rows import LOOSE, NO_ROWS, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
@@ -19,10 +19,7 @@ from rti_mpcc.qp.filling import (
     ROW_SCALING_MOST,
     QpValues,
     empty_values,
-    fill_bounds,
-    fill_corridor,
-    fill_cost,
-    fill_dynamics,
+    fill,
     fill_initial,
 )
 from rti_mpcc.qp.pattern import BOUND_UNIT, CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
@@ -86,10 +83,9 @@ def filled(
 ) -> QpValues:
     values = values or empty_values(pattern)
     scaling = ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
-    fill_cost(values, pattern, *parts.cost, SLACK, SCALE, 0.0, IDLE_WEIGHT)
-    fill_dynamics(values, pattern, *parts.step, parts.lengths, parts.states)
-    fill_bounds(values, pattern, *parts.bounds, parts.states, parts.controls, *scaling)
-    fill_corridor(values, pattern, parts.rows, *scaling)
+    linearised = parts.cost, parts.step, parts.bounds, parts.rows
+    plan = parts.states, parts.controls, parts.lengths
+    fill(values, pattern, *linearised, *plan, SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling)
     fill_initial(values, pattern, parts.initial)
     return values
 
@@ -214,14 +210,12 @@ def test_where_no_frenet_cost_acts_progress_keeps_its_plan(pattern: QpPattern) -
 @pytest.mark.parametrize("lower", [-0.5, -7.0])
 def test_sides_without_half_planes_are_loose_and_slopeless(lower: float, left: int) -> None:
     """Also behind rows so far off that their scaled bounds are those of loose ones."""
-    pattern, drawn_rows = build_pattern(N, PIECES, SIDES), drawn().rows
-    assert drawn_rows is not None
-    before = drawn_rows._replace(lower=np.full_like(drawn_rows.lower, lower))
+    pattern, parts = build_pattern(N, PIECES, SIDES), drawn()
+    before = parts.rows._replace(lower=np.full_like(parts.rows.lower, lower))
     after = CorridorRows(before.slopes[:, :, :left].copy(), before.lower[:, :, :left].copy())
-    values, fresh = empty_values(pattern), empty_values(pattern)
-    fill_corridor(values, pattern, before, ROW_SCALING_FROM, ROW_SCALING_MOST)
-    for filled_again in (values, fresh):
-        fill_corridor(filled_again, pattern, after if left else None, ROW_SCALING_FROM, ROW_SCALING_MOST)
+    values = filled(pattern, parts._replace(rows=before), rows_scaled=True)
+    parts = parts._replace(rows=after if left else NO_ROWS)
+    values, fresh = (filled(pattern, parts, each, rows_scaled=True) for each in (values, None))
     for name in ("constraints", "lower", "row_scaling"):
         np.testing.assert_array_equal(getattr(values, name), getattr(fresh, name))
     rows = pattern.corridor_rows[:, :, left:]
