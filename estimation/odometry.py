@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from estimation.types import Array
-from geometry.compiled import Array1, Array2, Out1, inner, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
@@ -100,22 +100,30 @@ def moved_on(
     track: Array, at: float, measured: Array, commanded: CommandedChange, noise: Noise, wheelbase: float
 ) -> Array:
     """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
-    gone = min(int(track[:, AT].searchsorted(at - LENGTH)), len(track) - 1)
+    gone = 0
+    while gone < len(track) - 1 and track[gone, AT] < at - LENGTH:
+        gone += 1
     longer = np.empty((len(track) - gone + 1, COLUMNS))
     longer[:-1] = track[gone:]
-    longer[-2, STEERING] = commanded.estimated
-    longer[-1, AT], longer[-1, X:ALONG] = at, measured[:5]
-    _move_on(
-        longer[-2], commanded.speed, commanded.steering, commanded.acting, noise.along, wheelbase, longer[-1]
-    )
+    _move_on(at, measured, *commanded, noise.along, wheelbase, longer)
     return longer
 
 
 @kernel
 def _move_on(
-    last: Array1, gained: float, steered: float, acting: float, noise: float, wheelbase: float, now: Out1
+    at: float,
+    measured: Array1,
+    gained: float,
+    steered: float,
+    estimated: float,
+    acting: float,
+    noise: float,
+    wheelbase: float,
+    track: Out2,
 ) -> None:
-    """(W1) to (W4): the reading `now`, of which time and measurement are known, after the `last` one."""
+    """(W1) to (W4): the last reading of the track, of a measurement at a time, by the one before it."""
+    last, now = track[-2], track[-1]
+    last[STEERING], now[AT], now[X:ALONG] = estimated, at, measured[:5]
     h = now[AT] - last[AT]
     turn = now[PHI] - last[PHI]
     turn -= 2.0 * pi * ceil((turn - pi) / (2.0 * pi))
@@ -208,9 +216,13 @@ def latest(track: Array) -> list[float]:
 
 def before(track: Array, seconds: float) -> list[float]:
     """The newest reading (COLUMNS,) at least so long before the last one [s], or the oldest."""
-    later = int(track[:, AT].searchsorted(track[-1, AT] - seconds + 1e-9, side="right"))
-    reading: list[float] = track[max(later - 1, 0)].tolist()
+    reading: list[float] = track[_index_before(track, seconds)].tolist()
     return reading
+
+
+@kernel
+def _index_before(track: Array2, seconds: float) -> int:
+    return index_before(track, seconds)
 
 
 @inner
@@ -234,7 +246,7 @@ def distances_at(track: Array2, at: float) -> tuple[float, float]:
     return _ways(track, at)
 
 
-@kernel
+@inner
 def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, float, float, float, float]:
     """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, and
     what the speed may be off.

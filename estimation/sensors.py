@@ -22,6 +22,8 @@ from math import cos, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
+import numpy as np
+
 from estimation.odometry import (
     ALONG,
     ASIDE,
@@ -61,7 +63,7 @@ from estimation.steering import (
     unmoved,
 )
 from estimation.types import Array
-from geometry.compiled import Array2, kernel
+from geometry.compiled import Array1, Array2, Out2, kernel
 
 _FLOOR, _SHARE = 0.015, 0.05
 """Two distances that differ by so much agree: [m], and share. Wheels are known to some per cent."""
@@ -70,6 +72,7 @@ _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
 _LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
 _SHORT = 0.15  # [s], a window in which a pose that has stopped soon stands
+_GAPS, _LATE_GAPS = np.array(WINDOWS), np.array((_SHORT, *WINDOWS))
 _POINT_TURN = 0.02  # [rad]; the pose has to turn by so much to show of which point it is
 _POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
 _POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
@@ -137,9 +140,11 @@ class Sensors:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is said of the sensors."""
-        late = f"the pose is {self.late:.2f} s late: it is driven on by that" if self.late else ""
-        leap = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
-        leapt = leap if self.leap and not self.speed.problem else ""
+        late, leapt = "", ""
+        if self.late:
+            late = f"the pose is {self.late:.2f} s late: it is driven on by that"
+        if self.leap and not self.speed.problem:
+            leapt = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
         steering = self.steering.problem or self.unmoved
         return tuple(filter(None, (self.speed.problem, leapt, steering, late)))
 
@@ -194,7 +199,7 @@ def compare_sensors(
     # Noise of a vehicle at rest is no way that it has driven.
     moves = abs(now[POSE_SPEED]) > 3.0 * sqrt(now[VV])
     distance = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
-    gaps = [_gap(track, seconds, noise, known.late) for seconds in WINDOWS]
+    gaps = _gaps(track, _GAPS, noise, known.late)
     agree = all(gap.agree for gap in gaps)
     if not (known.pose or agree):
         known = _speed_or_pose(known, track, gaps, noise, distance)
@@ -229,13 +234,23 @@ class _Gap(NamedTuple):
         return abs(self.moved - self.reported) <= self.most
 
 
-def _gap(track: Array, seconds: float, noise: Noise, late: float) -> _Gap:
-    since, moved, reported, driven, leaps = distances_since(track, seconds, late)
-    length = float(track[-1, AT]) - since
-    cycle = length / max(len(track) - 1, 1)
-    random = sqrt(2.0) * noise.along + sqrt(length * cycle) * noise.speed
-    most = _FLOOR + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
-    return _Gap(since, moved, reported, driven, most)
+def _gaps(track: Array, windows: Array, noise: Noise, late: float) -> list[_Gap]:
+    """Of each of the `windows` [s], with a pose that is `late` [s]."""
+    gaps = np.empty((len(windows), len(_Gap._fields)))
+    _compare(track, windows, noise.along, noise.speed, late, gaps)
+    return [_Gap(*gap) for gap in gaps.tolist()]
+
+
+@kernel
+def _compare(track: Array2, windows: Array1, along: float, speed: float, late: float, gaps: Out2) -> None:
+    """Into `gaps` (windows, 5); `along`, `speed`: noise [m], [m/s]."""
+    for k in range(len(windows)):
+        since, moved, reported, driven, leaps = distances_since(track, windows[k], late)
+        length = track[-1, AT] - since
+        cycle = length / max(len(track) - 1, 1)
+        random = sqrt(2.0) * along + sqrt(length * cycle) * speed
+        most = _FLOOR + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
+        gaps[k, 0], gaps[k, 1], gaps[k, 2], gaps[k, 3], gaps[k, 4] = since, moved, reported, driven, most
 
 
 def _speed_or_pose(
@@ -280,7 +295,7 @@ def _delay(track: Array, noise: Noise) -> float | None:
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
-        gaps = [_gap(track, seconds, noise, late) for seconds in (_SHORT, *WINDOWS)]
+        gaps = _gaps(track, _LATE_GAPS, noise, late)
         off = sum(abs(gap.moved - gap.reported) for gap in gaps)
         if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - _SHORT:
             best, found = off, late

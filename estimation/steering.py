@@ -21,7 +21,7 @@ from estimation.odometry import (
     latest,
 )
 from estimation.types import Array
-from geometry.compiled import Array2, kernel
+from geometry.compiled import Array2, inner, kernel
 
 _TURN_FLOOR, _ANGLE = 0.008, 0.12
 """Two turns that differ by so much agree [rad]; offsets of the steering up to so much [rad] are learnt."""
@@ -45,34 +45,34 @@ def left_aside(track: Array, noise: Noise, body: Geometry, *, out: bool) -> str:
 
     Either the pose turns otherwise than any offset explains, or what lies between the two has changed.
     """
-    noisy = SIGMAS * sqrt(2.0) * noise.heading
-    for seconds in WINDOWS:
-        moved, turned, reported = _turns(track, seconds)
-        most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / body.wheelbase
-        if abs(turned - reported) > most and (
-            out or _explains(track, seconds, turned, reported, body.wheelbase)
-        ):
-            return steering_words(track, seconds, body)
-    changed, moved = drifted(track, 1.0, body.wheelbase)
-    if not moved:
-        return ""
-    now, then = latest(track), before(track, 1.0)
-    reported, commanded = now[DELTA] - then[DELTA], now[STEERED] - then[STEERED]
-    most = _DRIFT + 0.15 * abs(reported) + 2.0 * body.wheelbase * (noisy + _TURN_LEAST) / moved
-    explained = out or abs(reported + changed - commanded) < abs(reported - commanded)
-    return steering_words(track, WINDOWS[0], body) if abs(changed) > most and explained else ""
+    seconds = _aside_for(track, SIGMAS * sqrt(2.0) * noise.heading, body.wheelbase, out)
+    return steering_words(track, seconds, body) if seconds else ""
 
 
 @kernel
-def _turns(track: Array2, seconds: float) -> tuple[float, float, float]:
-    """Distance [m] and turn [rad] of the pose over a window [s], and the turn by the steering sensor."""
-    now, then = track[-1], track[index_before(track, seconds)]
-    return now[ALONG] - then[ALONG], now[PHI] - then[PHI], now[TURNED] - then[TURNED]
+def _aside_for(track: Array2, noisy: float, wheelbase: float, out: bool) -> float:
+    """The window [s] in which the steering sensor disagrees, 0 for none; `noisy`: noise of a turn [rad]."""
+    now = track[-1]
+    for seconds in WINDOWS:
+        then = track[index_before(track, seconds)]
+        moved, turned, reported = now[ALONG] - then[ALONG], now[PHI] - then[PHI], now[TURNED] - then[TURNED]
+        most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / wheelbase
+        if abs(turned - reported) > most and (out or _explains(track, seconds, turned, reported, wheelbase)):
+            return seconds
+    changed, moved = _drifted(track, 1.0, wheelbase)
+    if moved == 0.0:
+        return 0.0
+    then = track[index_before(track, 1.0)]
+    reported, commanded = now[DELTA] - then[DELTA], now[STEERED] - then[STEERED]
+    most = _DRIFT + 0.15 * abs(reported) + 2.0 * wheelbase * (noisy + _TURN_LEAST) / moved
+    explained = out or abs(reported + changed - commanded) < abs(reported - commanded)
+    return WINDOWS[0] if abs(changed) > most and explained else 0.0
 
 
 def steering_words(track: Array, seconds: float, body: Geometry) -> str:
     """What is said of a steering sensor that disagrees with the pose over a window [s]."""
-    moved, turned, reported = _turns(track, seconds)
+    now, then = latest(track), before(track, seconds)
+    moved, turned, reported = (now[k] - then[k] for k in (ALONG, PHI, TURNED))
     says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (reported, turned))
     return (
         f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
@@ -82,6 +82,12 @@ def steering_words(track: Array, seconds: float, body: Geometry) -> str:
 
 @kernel
 def drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, float]:
+    """See `_drifted`."""
+    return _drifted(track, seconds, wheelbase)
+
+
+@inner
+def _drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, float]:
     """By how much the angle [rad] between turns and steering sensor has changed in so long [s], and the
     shorter of the two ways [m] that it is known from; 0 where the vehicle has hardly moved."""
     now, then = track[-1], track[index_before(track, seconds)]
@@ -99,7 +105,7 @@ def drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, flo
     return wheelbase * angle, least
 
 
-@kernel
+@inner
 def _explains(track: Array2, seconds: float, turned: float, reported: float, wheelbase: float) -> bool:
     """Whether the commands of a window [s] explain the turn of the pose [rad] better than that of the
     steering sensor."""

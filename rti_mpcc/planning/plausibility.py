@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
+from operator import sub
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, as_rows, mean_rates, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA, STATES, THETA, V, X, Y
+from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
 FROZEN_DISTANCE = 0.2  # [m] that the vehicle must have moved for an unchanged measurement to be an old one
@@ -271,17 +272,16 @@ def _first(
 
 def _read(given: VehicleState) -> tuple[Array, str]:
     """The given state (6,), and why it cannot be read, or ""."""
-    state = np.full(STATES, np.nan)
-    state[THETA] = 0.0
-    for k, name in enumerate(("x", "y", "phi", "v", "delta")):
+    read = []
+    for name in ("x", "y", "phi", "v", "delta"):
         if not hasattr(given, name):
             got = "None" if given is None else type(given).__name__
             return np.full(STATES, np.nan), f"expected VehicleState, got {got}"
         try:
-            state[k] = float(getattr(given, name))
+            read.append(float(getattr(given, name)))
         except (TypeError, ValueError, OverflowError):
             return np.full(STATES, np.nan), f"state.{name} is not a number: {getattr(given, name)!r:.40}"
-    return state, ""
+    return np.array((*read, 0.0)), ""
 
 
 def by_commands(
@@ -327,10 +327,11 @@ def _frozen(measured: Array, dead_reckoned: Array) -> str:
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
     """Why the vehicle cannot have come from the expected state to this one, or ""."""
     limits, allowed = config.limits, config.plausibility
-    speed = max(abs(float(measured[V])), abs(float(expected[V])))
+    here, there = measured.tolist(), expected.tolist()
+    speed = max(abs(here[V]), abs(there[V]))
     share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH
     distance = share * speed * seconds
-    x, y, phi, _, delta, _ = (measured - expected).tolist()
+    x, y, phi, _, delta, _ = map(sub, here, there)
     jumps = (
         ("position", "m", hypot(x, y), allowed.position + distance),
         ("heading", "rad", abs(wrap(phi)), allowed.heading + distance * config.max_curvature),
