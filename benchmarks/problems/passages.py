@@ -159,11 +159,19 @@ def _pairs(begins: Array, ends: Array, direction: int) -> tuple[Index, Index]:
 
 
 def quintics(direction: int, begins: Array, ends: Array, speeds: Array) -> Complex:
-    """Coefficients (k, 6) of powers of u, equation (1).
+    """Coefficients (k, 6) of powers of u of quintics between two poses, many at a time.
+
+    A quintic in u = 0 ... 1 has the position p, unit tangent t of the travel, left normal n and curvature
+    c = dphi/ds of a motion at either end, and free speeds m there:
+
+        p' = m t,   p'' = m² c n   at u = 0 and u = 1                                                    (1)
+
+    In the direction d of motion t = d (cos phi, sin phi) and c = d kappa. Points are complex numbers x + iy.
 
     Args:
-        direction: +1 forward, -1 reverse.
-        begins, ends: (k, 4).
+        direction: d, +1 forward, -1 reverse.
+        begins, ends: (k, 4) poses with their curvature: x [m], y [m], heading of the vehicle [rad] and
+            kappa = tan(steering)/wheelbase [1/m].
         speeds: (k, 2) m at both ends in shares of the distance between them.
     """
     p_0, p_1 = (rows[:, 0] + 1j * rows[:, 1] for rows in (begins, ends))
