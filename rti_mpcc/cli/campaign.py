@@ -137,8 +137,7 @@ def add_campaign(commands: Commands) -> None:
 def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     """How many cases of which seed, and the workers."""
     parser.add_argument("--count", type=integer(1), required=True, metavar="N", help="number of cases")
-    seed = "random seed for all random values; default: 0"
-    parser.add_argument("--seed", type=integer(0), default=0, metavar="S", help=seed)
+    add_options(parser, "--seed")
     workers = parser.add_mutually_exclusive_group()
     workers.add_argument("--jobs", **OPTIONS["--jobs"])
     address = "address of a Dask cluster's scheduler, such as tcp://host:8786; needs the extra `cluster`"

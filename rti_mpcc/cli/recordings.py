@@ -45,10 +45,14 @@ def _tolerance(text: str) -> float:
 
 
 def _replay(args: argparse.Namespace) -> int:
-    tolerance, dumps = args.tolerance, args.dump_failed
     with progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
-        options = {"allow_truncated": args.partial, "dump_failed": dumps, "progress": progress}
-        report = replay(args.file, tolerance=tolerance, **options)
+        report = replay(
+            args.file,
+            tolerance=args.tolerance,
+            allow_truncated=args.partial,
+            dump_failed=args.dump_failed,
+            progress=progress,
+        )
     print_lines(replay_lines(report))
     return DONE if report.identical else FAILED
 

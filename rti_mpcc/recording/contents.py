@@ -115,9 +115,13 @@ class Recording:
 def read_recording(
     file: str | PathLike[str], *, allow_truncated: bool = False, allow_changed: bool = False
 ) -> Recording:
-    """Read a recording; if that is allowed, the whole cycles of a truncated one, or lines that were changed.
+    """The recording in a file: its header, and the inputs and commands of its cycles in their order.
 
-    Raises RecordingError for a file that cannot be read, is no recording, or one of another version.
+    `allow_truncated`: of a file that ends in the middle its whole cycles are returned; `allow_changed`: lines
+    that were changed after they were written are read and named in `Recording.changed`.
+
+    Raises RecordingError for a file that cannot be read, is no recording or one of another format, is
+    truncated, or has a changed line, unless that is allowed.
     """
     try:
         recording = _recording(content(file, RECORDING), allow_truncated)

@@ -96,8 +96,9 @@ def print_tables(tables: Sequence[Table]) -> None:
 
 def print_lines(lines: Sequence[str]) -> None:
     """Print sentences as they are; what is code in a page has no backticks here."""
+    console = Console(highlight=False)
     for line in lines:
-        Console(highlight=False).print(line.replace("`", ""), markup=False, soft_wrap=True)
+        console.print(line.replace("`", ""), markup=False, soft_wrap=True)
 
 
 def print_written(files: Sequence[Path]) -> None:
