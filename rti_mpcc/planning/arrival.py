@@ -33,7 +33,7 @@ from math import asin, inf, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.speed_profile import SpeedProfile
+from rti_mpcc.planning.speed_profile import ComfortSpeeds
 from rti_mpcc.types import Array
 
 LEAST_TIME = 1.0  # [s] to go, at least: closer in, the plan always ends this far ahead
@@ -151,7 +151,7 @@ def _vertex_speed(distance: float, speed: float, duration: float) -> float:
 
 
 def within_reach(
-    distance: float, speed: float, config: ControllerConfig, profile: SpeedProfile, theta: float
+    distance: float, speed: float, config: ControllerConfig, profile: ComfortSpeeds, theta: float
 ) -> bool:
     """Whether the planned arrival should start: near enough; and slow, or due by (T2) or distance.
 

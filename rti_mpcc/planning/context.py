@@ -8,7 +8,7 @@ from math import copysign, hypot
 from geometry import Pose2
 from rti_mpcc.model.layout import POSE, V
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.speed_profile import SpeedProfile
+from rti_mpcc.planning.speed_profile import ComfortSpeeds
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -46,7 +46,7 @@ class PlanningContext:
     along: float
     distance: float
     speed: float
-    profile: SpeedProfile
+    profile: ComfortSpeeds
     error: Pose2
     standing_error: Pose2
     stop_error: Pose2

@@ -18,7 +18,7 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.arrival import cubic_motion, profiled_motion
-from rti_mpcc.planning.speed_profile import SpeedProfile
+from rti_mpcc.planning.speed_profile import ComfortSpeeds
 from rti_mpcc.types import Array, Trajectory
 
 FADE_DISTANCE = 12.0  # [m] over which an offset at the start or at the target fades into the path, at least
@@ -34,7 +34,7 @@ def arrival_guess(
     state: Array,
     times: Array,
     distance: float,
-    profile: SpeedProfile,
+    profile: ComfortSpeeds,
     config: ControllerConfig,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
@@ -57,7 +57,7 @@ def cruise_guess(
     target: Target,
     state: Array,
     times: Array,
-    profile: SpeedProfile,
+    profile: ComfortSpeeds,
     config: ControllerConfig,
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""

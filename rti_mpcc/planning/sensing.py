@@ -21,7 +21,7 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import route_start
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, by_commands
-from rti_mpcc.planning.speed_profile import SpeedProfile
+from rti_mpcc.planning.speed_profile import ComfortSpeeds
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
@@ -54,7 +54,7 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
 
 
 def context_of(
-    s: ControllerState, reached: Array, profile: SpeedProfile, target: Target, config: ControllerConfig
+    s: ControllerState, reached: Array, profile: ComfortSpeeds, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
     monitor, now, task = s.vehicle.monitor, s.now, s.task

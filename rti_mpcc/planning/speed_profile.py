@@ -31,7 +31,7 @@ FLAT = 1e-9  # [1/m], [1/m²]; curvatures and their slopes below this are none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpeedProfile:
+class ComfortSpeeds:
     """Highest comfortable speeds on a part.
 
     Attributes:
@@ -55,7 +55,7 @@ class SpeedProfile:
 
 def speed_profile_of(
     part: PathPart, config: ControllerConfig, side_clearance: SideClearance | None = None
-) -> SpeedProfile:
+) -> ComfortSpeeds:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
     comfort, wheelbase = config.comfort, config.vehicle.wheelbase
     theta = part.places(PATH_SPACING, least=2)
@@ -72,4 +72,4 @@ def speed_profile_of(
         speed = np.minimum(speed, comfort.steering_rate / turning)
     if side_clearance is not None:
         speed = np.minimum(speed, PLANNED_SHARE * side_clearance.speed_at(theta))
-    return SpeedProfile(theta=theta, speed=speed, side_clearance=side_clearance)
+    return ComfortSpeeds(theta=theta, speed=speed, side_clearance=side_clearance)

@@ -21,7 +21,7 @@ from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.speed_profile import SpeedProfile, speed_profile_of
+from rti_mpcc.planning.speed_profile import ComfortSpeeds, speed_profile_of
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import warn_if_narrow
 from rti_mpcc.types import Array
@@ -42,7 +42,7 @@ class Workspace:
     """
 
     mpcc: RtiMpcc
-    profile: SpeedProfile
+    profile: ComfortSpeeds
     start: Array
     clock: CycleClock
 
@@ -66,7 +66,7 @@ class _Active:
     segment: Segment
     mpcc: RtiMpcc
     corridor: Corridor
-    profile: SpeedProfile
+    profile: ComfortSpeeds
 
 
 class Workspaces:

@@ -34,9 +34,9 @@ from rti_mpcc.simulation.sections.base import (
     Section,
     Triple,
     VehicleTable,
+    parsed,
     read_toml,
     refusal,
-    validated,
 )
 from rti_mpcc.simulation.sections.controller import (
     ControllerSection,
@@ -260,7 +260,7 @@ def scenario_from_dict(
     `source` stands in front of error messages; a relative path.file or area.map lies in `folder`, by default
     in the working directory.
     """
-    return _remarked(validated(Scenario, data, source=source, folder=folder), source)
+    return _remarked(parsed(Scenario, data, source=source, folder=folder), source)
 
 
 def _remarked(scenario: Scenario, source: str) -> Scenario:

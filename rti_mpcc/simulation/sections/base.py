@@ -153,10 +153,10 @@ def read_toml(model: type[Model], file: Path, source: str) -> Model:
         raise ScenarioError(f"{source}: is not TOML, {error}") from error
     except ValueError as error:
         raise ScenarioError(f"{source}: is not TOML that is read here, it {error}") from error
-    return validated(model, data, source=source, folder=file.parent)
+    return parsed(model, data, source=source, folder=file.parent)
 
 
-def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
+def parsed(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
     """The model of the tables of a file, in which relative files lie in `folder`. Raises as `read_toml`."""
     try:
         return model.model_validate(dict(data), context={"folder": folder})
