@@ -70,7 +70,7 @@ class Ride:
         moments: of all cycles, in order of time; empty where no `Observer` kept them.
         path, corridor: that were given; None in an area, and `area` None along a given path.
         routes: (from time [s], route) in order of time, with the given path.
-        obstacles: all outlines (k, 2) [m] that were there at any time, beside those of the area.
+        obstacles: outlines (k, 2) [m] that were there at some time, one a second, beside those of the area.
         detections: of the goal; filtered: whether a filter estimated the goal.
         docked_object: outline (k, 2) [m] of the object at the dock, or None.
         planned_goal: (3,) the goal that the ride started from, where that was not the true one.
@@ -171,7 +171,9 @@ def ride_of_run(
         planned = result.scenario.planned_goal()
     docked = None if goal.body is None else outline_at(goal.body, Pose2(*truth.goals[-1].tolist()))
     at = np.searchsorted([start for start, _ in result.obstacles], times + 1e-9, side="right") - 1
-    there = {id(each): each for _, outlines in result.obstacles for each in outlines}.values()
+    # Of obstacles that move one place a second.
+    shown = {int(start): outlines for start, outlines in reversed(result.obstacles)}.values()
+    there = {id(each): each for outlines in shown for each in outlines}.values()
     return Ride(
         title=result.title if title is None else title,
         config=result.config,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry import Area
 from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, metrics, simulate, summary
 from rti_mpcc.simulation.metrics import body_clearances, energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import energy_bound, turning_points
@@ -89,6 +90,17 @@ def test_clearance_is_judged_by_shapely_too(
     monkeypatch.setattr(metrics, "clearances", lambda poses, *_: np.full((len(poses), 1), np.inf))
     assert clearance_at(run, (4.0, 0.5, 0.0)) == pytest.approx(1.5)
     assert -1e-6 < clearance_at(run, (4.0, 2.5, 0.0)) < 0.0
+
+
+def test_clearance_in_an_area_is_judged_by_shapely_too(
+    scripted: Any, hall: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = changed(hall, {"simulation.duration": 0.1, **BODY})
+    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+    assert clearance_at(run, (8.0, 0.0, 0.0)) == pytest.approx(1.0)  # to the box
+    monkeypatch.setattr(Area, "signed_distances", lambda area, body, poses, *_: np.full(len(poses), np.inf))
+    assert clearance_at(run, (8.0, 0.0, 0.0)) == pytest.approx(1.0)
+    assert -1e-6 < clearance_at(run, (8.0, 2.0, 0.0)) < 0.0
 
 
 @pytest.mark.parametrize("until", [None, 4.0])
