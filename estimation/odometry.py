@@ -3,7 +3,7 @@
 With the heading phi_m half way between two poses, h the time in between, a what was commanded:
 
 (W1)  along += dx cos(phi_m) + dy sin(phi_m),   aside += dy cos(phi_m) - dx sin(phi_m)
-(W2)  told += h (v + v_last) / 2
+(W2)  reported += h (v + v_last) / 2
 (W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
 (W4)  z+ = z + h v + h² (a + d) / 2,   v+ = v + h (a + d);   along is measured, d is what acts besides
 
@@ -24,7 +24,7 @@ from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
-ALONG, ASIDE, TOLD, ASKED, DRIVEN, EXPLAINED = range(6, 12)
+ALONG, ASIDE, REPORTED, COMMANDED, DRIVEN, EXPLAINED = range(6, 12)
 """(W1) twice [m]; (W2) [m]; of (W3) the sum of h a [m/s], the distance [m] and c [m/s]."""
 TURNED, STEERED, STEERING, LEAPS = range(12, 16)
 """Heading by the measured steering on the way that the pose moved [rad]; sum of the commanded changes of the
@@ -136,7 +136,7 @@ def _move_on(
     step = _step(last, c * dx + s * dy, reported, driven, noise, now)
     now[ALONG] = last[ALONG] + step
     now[ASIDE] = last[ASIDE] + c * dy - s * dx
-    now[TOLD] = last[TOLD] + reported
+    now[REPORTED] = last[REPORTED] + reported
     now[TURNED] = last[TURNED] + step * tan(0.5 * (now[DELTA] + last[DELTA])) / wheelbase
     now[LEAPS] = last[LEAPS] + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0)
     now[STEERING] = 0.0
@@ -155,7 +155,7 @@ def _move_on(
 @inner
 def _command(last: Array1, gained: float, steered: float, now: Out1) -> None:
     """(W3): what the commands have changed since the `last` reading, speed [m/s] and steering [rad]."""
-    now[ASKED] = last[ASKED] + gained
+    now[COMMANDED] = last[COMMANDED] + gained
     now[DRIVEN] = last[DRIVEN] + (now[AT] - last[AT]) * (last[EXPLAINED] + 0.5 * gained)
     now[EXPLAINED] = last[EXPLAINED] + gained
     now[STEERED] = last[STEERED] + steered
@@ -234,10 +234,10 @@ def _ways(track: Array2, at: float) -> tuple[float, float]:
             length, share = track[later, AT] - track[k, AT], 0.0
             if length > 0.0:
                 share = min((at - track[k, AT]) / length, 1.0)
-            reported = track[k, TOLD] + share * (track[later, TOLD] - track[k, TOLD])
+            reported = track[k, REPORTED] + share * (track[later, REPORTED] - track[k, REPORTED])
             return reported, track[k, DRIVEN] + share * (track[later, DRIVEN] - track[k, DRIVEN])
         later = k
-    return track[later, TOLD], track[later, DRIVEN]
+    return track[later, REPORTED], track[later, DRIVEN]
 
 
 @kernel
@@ -258,7 +258,7 @@ def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, 
     while track[k, AT] < known and k < len(track) - 1:
         k += 1
     now, then = track[-1], track[k]
-    reported, driven = now[TOLD] - then[TOLD], now[DRIVEN] - then[DRIVEN]
+    reported, driven = now[REPORTED] - then[REPORTED], now[DRIVEN] - then[DRIVEN]
     if late > 0.0:
         ends, starts = _ways(track, now[AT] - late), _ways(track, then[AT] - late)
         reported, driven = ends[0] - starts[0], ends[1] - starts[1]
@@ -297,7 +297,7 @@ def with_commands(track: Array, rates: Callable[[float, float], tuple[float, flo
 
     `rates`: the mean acceleration [m/s²] and steering rate [rad/s] from one time to another [s].
     """
-    changes = np.diff(track[:, [EXPLAINED, ASKED]], axis=0)
+    changes = np.diff(track[:, [EXPLAINED, COMMANDED]], axis=0)
     led = abs(changes[:, 0] - changes[:, 1]) > _LED  # to the speed that pose and sensor agreed on
     anew = track.copy()
     if led[:1].any():

@@ -27,18 +27,18 @@ import numpy as np
 from estimation.odometry import (
     ALONG,
     ASIDE,
-    ASKED,
     AT,
+    COMMANDED,
     EXPLAINED,
     PHI,
     POSE_ROUGHNESS,
     POSE_SPEED,
+    REPORTED,
     SIGMAS,
     SPEED,
     SPEED_ROUGHNESS,
     STEERED,
     STEERING,
-    TOLD,
     VV,
     WINDOWS,
     CommandedChange,
@@ -72,7 +72,7 @@ _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
 _LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
 _SHORT = 0.15  # [s], a window in which a pose that has stopped soon stands
-_GAPS, _LATE_GAPS = np.array(WINDOWS), np.array((_SHORT, *WINDOWS))
+_COMPARED, _COMPARED_LATE = np.array(WINDOWS), np.array((_SHORT, *WINDOWS))
 _POINT_TURN = 0.02  # [rad]; the pose has to turn by so much to show of which point it is
 _POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
 _POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
@@ -163,7 +163,7 @@ class Sensors:
             usable[4] = self.angle
         if self.late:
             distance = (
-                float(self.track[-1, TOLD])
+                float(self.track[-1, REPORTED])
                 - distances_at(self.track, float(self.track[-1, AT]) - self.late)[0]
             )
             turn = distance * tan(float(usable[4])) / wheelbase
@@ -199,7 +199,7 @@ def compare_sensors(
     # Noise of a vehicle at rest is no way that it has driven.
     moves = abs(now[POSE_SPEED]) > 3.0 * sqrt(now[VV])
     distance = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
-    gaps = _gaps(track, _GAPS, noise, known.late)
+    gaps = _gaps(track, _COMPARED, noise, known.late)
     agree = all(gap.agree for gap in gaps)
     if not (known.pose or agree):
         known = _speed_or_pose(known, track, gaps, noise, distance)
@@ -282,7 +282,7 @@ def _speed_or_pose(
 def _blames_speed(track: Array, gap: _Gap) -> bool:
     """Whether the pose is right, not the speed."""
     now, then = latest(track), before(track, float(track[-1, AT]) - gap.since)
-    if now[SPEED] == 0.0 and now[TOLD] != then[TOLD]:
+    if now[SPEED] == 0.0 and now[REPORTED] != then[REPORTED]:
         return True  # the sensor has just fallen into its dead band
     if abs(gap.moved - gap.driven) <= abs(gap.reported - gap.driven):
         return True
@@ -295,7 +295,7 @@ def _delay(track: Array, noise: Noise) -> float | None:
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
-        gaps = _gaps(track, _LATE_GAPS, noise, late)
+        gaps = _gaps(track, _COMPARED_LATE, noise, late)
         off = sum(abs(gap.moved - gap.reported) for gap in gaps)
         if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - _SHORT:
             best, found = off, late
@@ -331,7 +331,7 @@ def _beside_turns(track: Array2, least: float) -> tuple[float, float, float]:
 def _unfollowed(track: Array) -> str:
     """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
     now, then = latest(track), before(track, 0.5)
-    commanded, reported = now[ASKED] - then[ASKED], now[SPEED] - then[SPEED]
+    commanded, reported = now[COMMANDED] - then[COMMANDED], now[SPEED] - then[SPEED]
     if abs(reported - commanded) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(commanded):
         return ""
     return (

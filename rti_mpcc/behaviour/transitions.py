@@ -215,7 +215,7 @@ def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> 
 
 
 def _lasting_yielding(s: ControllerState) -> Yielding | None:
-    """The halt for an obstacle that moves: another route has to stay clear of it as long as the last one."""
+    """Yielding to an obstacle that moves: another route has to stay clear of it as long as the last one."""
     return s.task.yielding if s.area.moving else None
 
 

@@ -56,8 +56,8 @@ def add_folder(parser: argparse.ArgumentParser, usual: str) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help=text)
 
 
-def writable_folder(args: Path | None, name: str) -> Path:
+def writable_folder(given: Path | None, name: str) -> Path:
     """The folder that was asked for, or runs/<name>, made and writable. Raises OSError."""
-    folder = Path("runs") / name if args is None else args
+    folder = Path("runs") / name if given is None else given
     make_writable(folder)
     return folder

@@ -82,7 +82,7 @@ class MissionState:
         undock_candidates: ends of an undocking that are still to be tried, the present one first.
         own_goal: that the controller had, or was given last; None: that of its path.
         unused_goal: goal that was given last without any use for it, or None.
-        obstacles: that were given last besides those of the berth, or None.
+        obstacles: that were given last besides that of the dock, or None.
         result: of the whole mission; reason: why the last step failed, or is tried again.
         log: all steps that were started.
     """
@@ -115,7 +115,7 @@ class MissionState:
         return self.bodies if body is None else (*self.bodies, body)
 
     def at(self, dock_state: DockState | None) -> MissionState:
-        """At another berth, or at none. The object at the last one stays there, unless it overlaps the one at
+        """At another dock, or at none. The object at the last one stays there, unless it overlaps the one at
         this one: then it is the same."""
         body = None if dock_state is None else dock_state.body
         last = self.dock_state

@@ -192,8 +192,8 @@ class TrackedObstacle:
 
     @property
     def radius(self) -> float:
-        """Of the circle around its middle with all of it [m]."""
-        return float(np.hypot(*(self.outline - self.seen[-1][1:]).T).max())
+        """Of the circle around its middle with all of it [m], if it turns."""
+        return float(np.hypot(*(self.outline - self.seen[-1][1:]).T).max()) if self.turn_rate else 0.0
 
     @property
     def settled(self) -> bool:
@@ -244,18 +244,14 @@ def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
     corners.setflags(write=False)
     shape = checked_shape(corners, f"obstacles[{index}]")
     middle = shape.centroid
-    found = TrackedObstacle(
-        index=index, outline=corners, shape=shape, seen=((now, middle.x, middle.y),), velocity=np.zeros(2)
-    )
-    if not isinstance(given, Obstacle):
+    name = given.name if isinstance(given, Obstacle) else ""
+    seen, stands = ((now, middle.x, middle.y),), np.zeros(2)
+    found = TrackedObstacle(index=index, outline=corners, shape=shape, seen=seen, velocity=stands, name=name)
+    if not isinstance(given, Obstacle) or given.velocity is None:
         return found
-    if given.velocity is None:
-        return replace(found, name=given.name)
-    velocity, turns = np.array(given.velocity), given.turn_rate != 0.0
-    moves = turns or bool(velocity.any())
-    return replace(
-        found, name=given.name, stated=True, velocity=velocity, turn_rate=given.turn_rate, moves=moves
-    )
+    velocity, turn_rate = np.array(given.velocity), given.turn_rate
+    moves = bool(velocity.any()) or turn_rate != 0.0
+    return replace(found, stated=True, velocity=velocity, turn_rate=turn_rate, moves=moves)
 
 
 def observed(

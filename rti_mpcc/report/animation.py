@@ -42,13 +42,13 @@ _BARS, _LABELS, _LEGEND, _ENTRY = 0.9, 1.5, 0.8, 1.75
 """Heights of the weights, of all labels of a scene, and of the legend; width of an entry of it [inch]."""
 
 
-def animation_file(args: Path | None, folder: Path) -> Path:
+def animation_file(given: Path | None, folder: Path) -> Path:
     """The file to write: the one asked for, or animation.mp4 in `folder`, .gif where there is no ffmpeg.
 
     Raises InputError for a suffix that is neither, or .mp4 without ffmpeg.
     """
     ffmpeg = bool(FFMpegWriter.isAvailable())
-    file = args or folder / ("animation.mp4" if ffmpeg else "animation.gif")
+    file = given or folder / ("animation.mp4" if ffmpeg else "animation.gif")
     if file.suffix.lower() not in (".mp4", ".gif"):
         raise InputError(f"{file}: an animation must end in .mp4 or .gif")
     if file.suffix.lower() == ".mp4" and not ffmpeg:

@@ -141,14 +141,15 @@ def distance_to_moving(
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in s.area.moving:
-        apart = np.minimum(obstacle.turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
-        ahead_apart = apart + (obstacle.speed + obstacle.turning) * stop
-        _meets(body, states, obstacle.hull, obstacle.velocity, elapsed, apart, ahead_apart, near)
+        turning = obstacle.turning
+        apart = np.minimum(turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
+        ahead_apart = apart + (obstacle.speed + turning) * stop
+        _may_collide(body, states, obstacle.hull, obstacle.velocity, elapsed, apart, ahead_apart, near)
     return float(marks[np.argmax(near)]) if near.any() else inf
 
 
 @kernel
-def _meets(
+def _may_collide(
     body: Array2,
     states: Array2,
     hull: Array2,
@@ -179,7 +180,9 @@ def _meets(
             near[n] = 1
 
 
-def object_ahead(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
+def object_ahead(
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
+) -> NearObject:
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
@@ -220,7 +223,7 @@ NEAR = 1.0  # [m]; what is farther from a body is not met by it
 MOST_NAMED = 100  # obstacles of an area; with more it is a map, and the number of a rectangle says nothing
 
 
-class Met(NamedTuple):
+class NearObject(NamedTuple):
     """What a body meets, and where (x, y) [m]."""
 
     what: str
@@ -246,7 +249,7 @@ def nearest_object(
     config: ControllerConfig,
     ahead: float = 0.0,
     within: float = NEAR,
-) -> Met:
+) -> NearObject:
     """What a body overlaps, or else what is nearest to it.
 
     Args:
@@ -265,12 +268,12 @@ def nearest_object(
         near += _solid_near(body, surroundings.known.area)
     nearest = min(near, key=lambda each: each.apart, default=None)
     if nearest is None or nearest.apart > within:
-        return Met("what lies beyond a boundary", (body.centroid.x, body.centroid.y))
+        return NearObject("what lies beyond a boundary", (body.centroid.x, body.centroid.y))
     overlap = body.intersection(nearest.shape)
     if not overlap.is_empty:
-        return Met(nearest.what, (overlap.centroid.x, overlap.centroid.y))
+        return NearObject(nearest.what, (overlap.centroid.x, overlap.centroid.y))
     (x, y), _ = shapely.shortest_line(nearest.shape, body).coords
-    return Met(nearest.what, (x, y))
+    return NearObject(nearest.what, (x, y))
 
 
 def _obstacle(obstacle: TrackedObstacle, body: shapely.Polygon, ahead: float, stop: float) -> _Near:

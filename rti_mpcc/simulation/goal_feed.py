@@ -45,13 +45,13 @@ class GoalSource(Enum):
     KNOWN = "known"  # the true goal is given at every cycle: for comparison
 
 
-def source_in(scenario: str, args: GoalSource, *, detector: bool) -> GoalSource:
+def source_in(scenario: str, source: GoalSource, *, detector: bool) -> GoalSource:
     """How the goal is known in a run of this scenario. Raises InputError if that needs a detector."""
     if detector:
-        return args
-    if args is not GoalSource.DETECTED:
+        return source
+    if source is not GoalSource.DETECTED:
         raise InputError(
-            f"goal_source = {args.value!r}: must be {GoalSource.DETECTED.value!r}, the default, "
+            f"goal_source = {source.value!r}: must be {GoalSource.DETECTED.value!r}, the default, "
             f"in a scenario without [goal.measurement] such as {scenario}"
         )
     return GoalSource.KNOWN

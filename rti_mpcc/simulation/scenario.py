@@ -34,6 +34,7 @@ from rti_mpcc.simulation.sections.base import (
     Section,
     Triple,
     VehicleTable,
+    key_problem,
     parsed,
     read_toml,
     refusal,
@@ -210,10 +211,11 @@ class Scenario(Section):
 
     def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
-        if refused := refusal("corridor", None, partial(section.build, path), CorridorSection):
-            yield from refused
+        try:
+            corridor = section.build(path)
+        except InputError as error:
+            yield key_problem(error, "corridor", table=CorridorSection)
             return
-        corridor = section.build(path)
         (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
         if narrowest < width - 1e-6:

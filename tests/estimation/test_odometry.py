@@ -13,7 +13,7 @@ from estimation.odometry import (
     DRIVEN,
     PHI,
     POSE_SPEED,
-    TOLD,
+    REPORTED,
     TURNED,
     CommandedChange,
     Geometry,
@@ -46,7 +46,7 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
         )
     last, way = track[-1], speed * H * 20
     assert last[ALONG] == pytest.approx(way, rel=1e-4)
-    assert last[TOLD] == pytest.approx(way)
+    assert last[REPORTED] == pytest.approx(way)
     assert last[DRIVEN] == pytest.approx(way)
     assert last[ASIDE] == pytest.approx(0.0, abs=1e-9)
     assert last[TURNED] == pytest.approx(last[PHI], rel=1e-4)

@@ -7,24 +7,15 @@ from pathlib import Path
 import pytest
 
 from rti_mpcc.cli import main
+from tests.rti_mpcc.cli_runs import write_short
 
 FULL = Path("/dev/full")
-SCENARIO = """name = "short"
-[path]
-start = [0.0, 0.0, 0.0]
-segments = [{ direction = 1, curvature = 0.0, length = 10.0 }]
-[corridor]
-left = 3.0
-right = -3.0
-[simulation]
-duration = 0.3
-"""
 
 
 @pytest.fixture
 def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
-    Path("short.toml").write_text(SCENARIO, encoding="utf-8")
+    write_short(0.3)
     return "short.toml"
 
 

@@ -120,15 +120,22 @@ def refusal(
     try:
         build()
     except InputError as error:
-        said = str(error).removesuffix(".")
-        named = None if table is None else _NAMED.fullmatch(said)
-        if table is None or named is None or re.split(r"\W", named["key"])[0] not in table.model_fields:
-            return [KeyProblem(key, value, said)]
-        inside, allowed = (_with_aliases(named[part], table) for part in ("key", "allowed"))
-        given = named["value"]
-        known = None if given in (None, "None") else _Given(given)
-        return [KeyProblem(f"{key}.{inside}" if key else inside, known, allowed)]
+        return [key_problem(error, key, value, table)]
     return []
+
+
+def key_problem(
+    error: InputError, key: str, value: object = None, table: type[BaseModel] | None = None
+) -> KeyProblem:
+    """What an error says of a value; of a key of `table` that it names, if there is one."""
+    said = str(error).removesuffix(".")
+    named = None if table is None else _NAMED.fullmatch(said)
+    if table is None or named is None or re.split(r"\W", named["key"])[0] not in table.model_fields:
+        return KeyProblem(key, value, said)
+    inside, allowed = (_with_aliases(named[part], table) for part in ("key", "allowed"))
+    given = named["value"]
+    known = None if given in (None, "None") else _Given(given)
+    return KeyProblem(f"{key}.{inside}" if key else inside, known, allowed)
 
 
 def _with_aliases(text: str, table: type[BaseModel]) -> str:
