@@ -24,8 +24,8 @@ from benchmarks.tables import (
     write_table,
 )
 from rti_mpcc import ControllerConfig
+from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
-from rti_mpcc.planning.arrival import LEAST_TIME
 from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
 from rti_mpcc.qp.pattern import BOUND_UNIT
@@ -149,7 +149,7 @@ def constant_rows() -> list[list[str]]:
         ["ρ, α from cycle to cycle", "`qp.solver.WARM`", _steps(WARM)],
         ["ρ, α from a first guess on", "`qp.solver.COLD`", _steps(COLD)],
         ["effort fades below [s]", "`ocp.objectives.FIRM_TIME`", f"{FIRM_TIME:g}"],
-        ["shortest time to go [s]", "`rti_mpcc.planning.arrival.LEAST_TIME`", f"{LEAST_TIME:g}"],
+        ["shortest time to go [s]", "`rti_mpcc.ocp.end_time.LEAST_TIME`", f"{LEAST_TIME:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{GOAL_CLIP}"],
     ]
 

@@ -74,7 +74,7 @@ _HELD_TIME = 1.0
 """So long a vehicle may stand although it is commanded to drive off before that counts as a slope [s]: as a
 parking brake takes to open."""
 _GAP = 1.0  # after so long without a measurement [s] nothing is learnt of the time in between
-DRIVES_OFF = 0.05
+DRIVES_OFF = 0.03
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
 SLOWER = 1e-3  # [m/s] by which a held vehicle is slower than predicted, at least: rounding does not decide
 
@@ -140,8 +140,12 @@ def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
 
 
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
-    """After a measurement that is not believed: nothing is learnt until the second one that is."""
-    return estimate if estimate.at is None else replace(estimate, at=None, held_since=None, free=None)
+    """After a measurement that is not believed: nothing is learnt until the second one that is.
+
+    What a vehicle that seemed to be held has taught is forgotten: its sensors may have stood instead.
+    """
+    known = estimate.free or estimate
+    return known if known.at is None else replace(known, at=None, held_since=None, free=None)
 
 
 def updated(

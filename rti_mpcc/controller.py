@@ -15,7 +15,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, V
+from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -26,6 +26,7 @@ from rti_mpcc.ocp.corridor_rows import (
     margin_deficit,
     relaxed_bounds,
 )
+from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
 from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
@@ -87,7 +88,8 @@ class RtiMpcc:
     def _allocate(self) -> None:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
-        self._pattern = build_pattern(config.stages, self._body.pieces, self._corridor.sides)
+        of_body = self._body.pieces, self._corridor.sides
+        self._pattern = build_pattern(config.stages, *of_body, free_end=config.arrival)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
@@ -149,7 +151,10 @@ class RtiMpcc:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
         steps = steps or (COLD if last is None else WARM)
 
-        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
+        horizon = objective.horizon(at, config)
+        if horizon is None:
+            horizon = max(float(plan.times[-1]) - at, LEAST_TIME)
+        lengths = stage_lengths(horizon, config.cycle, config.stages)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
@@ -169,8 +174,10 @@ class RtiMpcc:
         step = linearised_step(states, controls, lengths, wheelbase)
         along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
         if before is not None:
-            pressed = first if last is None else self._pressed(last, states[0])
-            change = Change(before, states[:-1, V], controls[:, DELTA_DOT], lengths, rests, pressed)
+            # A plan whose end is free takes the time that the wheels need.
+            at_first = first and weights.time == 0.0
+            pressed = at_first if last is None else self._pressed(last, states[0])
+            change = Change(before, states[:-1, V], controls, lengths, rests, pressed)
         bounds = stage_bounds(
             config,
             target,
@@ -187,8 +194,12 @@ class RtiMpcc:
         values, pattern = self._values, self._pattern
         rows = self._rows(shifted, states) if along_path else None
         drift = None if rows is None else free_response(states, lengths, wheelbase)
+        end = FIXED_END
+        if weights.time > 0.0:
+            latest = objective.latest - at
+            end = end_time(states, controls, step.state, lengths, weights, wheelbase, config.comfort, latest)
         fill(
-            values, pattern, cost, step, bounds, rows or NO_ROWS, states, controls, lengths,
+            values, pattern, cost, step, bounds, rows or NO_ROWS, end, states, controls, lengths,
             weights.slack, weights.scale, damping, IDLE_WEIGHT, ROW_SCALING_FROM, steps.row_scaling,
         )  # fmt: skip
         if last is not None and len(last.dual) == len(values.lower):
@@ -290,7 +301,7 @@ class RtiMpcc:
         values, pattern, comfort = self._values, self._pattern, self.config.comfort
         far_out = fill_motion_bounds(
             values.lower, values.upper, values.row_scaling, pattern.bound_rows, pattern.bound_units,
-            measured, linear.states, linear.lengths, *linear.bounds,
+            measured, linear.states, linear.lengths, linear.bounds.states, linear.bounds.controls,
             comfort.acceleration, comfort.steering_rate,
         )  # fmt: skip
         if linear.rows is None or linear.drift is None:
@@ -336,11 +347,15 @@ class RtiMpcc:
         else:
             change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
-        controls = shifted.controls + change[pattern.control_columns]
-        read_only(states, controls, shifted.times)
+        controls, times = shifted.controls + change[pattern.control_columns], shifted.times
+        if linear.weights.time > 0.0:  # the progress keeps to its stages
+            later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
+            controls[:, THETA_DOT] *= np.diff(times) / np.diff(later)
+            times = later
+        read_only(states, controls, times)
         return Solution(
             solved=result.solved,
-            trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
+            trajectory=Trajectory(times=times, states=states, controls=controls),
             slack=np.maximum(change[pattern.slack_columns], 0.0),
             weights=linear.weights,
             damping=linear.damping,

@@ -24,7 +24,7 @@ from rti_mpcc.planning.schedule import TARGET_MOVED, apart
 from rti_mpcc.planning.search import ITERATIONS, SqpResult
 from rti_mpcc.planning.standstill import rest_speed
 from rti_mpcc.planning.state import ControllerState, Phase, PlannedStop, SuspendedSearch
-from rti_mpcc.planning.timing import expected_docking_time
+from rti_mpcc.planning.timing import estimated_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import collision_check
 from rti_mpcc.safety.collision_check import nearest_object
@@ -160,25 +160,12 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
 
 
 def _reaching(found: Found, context: PlanningContext, started: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan that misses the goal is iterated further, one of a brisk ride with more time then."""
-    found = _iterated_on(found, context, started, w)
-    attempt, calm = found.attempt, schedule.calmed(found.s, context, w.config)
-    near = search.reaches(attempt, context, ACCEPTED_MISS)
-    if calm is found.s or near or not attempt.fits or attempt.out_of_time:
-        return found
-    return _iterated_on(found._replace(s=calm), context, started, w)
-
-
-def _iterated_on(
-    found: Found, context: PlanningContext, started: SuspendedSearch | None, w: Workspace
-) -> Found:
-    """A first plan that misses the goal is iterated further, up to a number of rounds."""
+    """A first plan that misses the goal is iterated further, as many times again."""
     s, attempt = found
     before = 0 if started is None else started.iterations
     done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
-    rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
-    if not (context.free and missed) or done >= rounds * ITERATIONS:
+    if not (context.free and missed) or done >= 2 * ITERATIONS:
         return found
     start = replace(search.further(attempt), least=1, reaching=True)
     more = search.converge(w.mpcc, s, context, start, w.clock)
@@ -227,5 +214,5 @@ def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfi
     """Whether a route for a goal out of reach takes too long to replace the path."""
     if s.route is None or s.route.replan_reason != OUT_OF_REACH:
         return False
-    given = expected_docking_time(s.path, config, s.goal_pose)
-    return expected_docking_time(found.path, config, found.goal) > _INSTEAD * given
+    given = estimated_docking_time(s.path, config, s.goal_pose)
+    return estimated_docking_time(found.path, config, found.goal) > _INSTEAD * given

@@ -13,7 +13,6 @@ from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.planning import standstill
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import ControllerState, Hold, Phase
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
@@ -23,6 +22,7 @@ OUTSIDE_TIME = 0.3  # [s] just outside the tolerance, after which a vehicle that
 OUTSIDE_SHARE = 2.0  # or beyond this times the tolerance
 MOVED_SHARE = 1.0 / 3.0  # of the tolerance, by which a docked vehicle or its dock has moved if it is outside
 SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; a stalled vehicle sees no move
+DUE_SHARE = 0.8  # of the tolerance, for a braked stop that ends an arrival that is due
 SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
 DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
 CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on

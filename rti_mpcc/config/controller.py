@@ -34,8 +34,7 @@ RAMP = 0.4
 """In which a vehicle comes from none to the comfort acceleration [s]."""
 BRISK_EFFORT = 0.04
 """Share of the effort's weight in a brisk cruise: its time constant falls from 12 s to 2.4 s."""
-PLANNED_SHARE = 0.9  # of comfort, and of the speed in narrow places: the rest is for corrections
-BRISK_SHARE = 0.98  # the same of a brisk ride: its time has the ramps for a reserve
+PLANNED_SHARE = 0.88  # of comfort, and of the speed in narrow places: the rest is for corrections
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
@@ -190,9 +189,8 @@ class ControllerConfig(Settings):
 
     @property
     def arrival_acceleration(self) -> float:
-        """What a planned arrival takes [m/s²]."""
-        share = PLANNED_SHARE if self.ride == "smooth" else BRISK_SHARE
-        return share * self.comfort_acceleration
+        """What the time of a planned arrival is chosen for [m/s²], (T4)."""
+        return PLANNED_SHARE * self.comfort_acceleration
 
     @property
     def arrival_reach(self) -> float:
@@ -234,6 +232,11 @@ class ControllerConfig(Settings):
         """
         along, across, turning = self.weights.arrival_comfort
         return (self.weights.comfort[0] if self.ride == "brisk" else along, across, turning)
+
+    @property
+    def arrival_effort(self) -> float:
+        """Weight on the squared acceleration of an arrival [s⁴/m²]: comfort bounds that of a brisk one."""
+        return self.cruise_effort
 
     @property
     def recovers(self) -> bool:

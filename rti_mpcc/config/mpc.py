@@ -24,7 +24,7 @@ class Weights(Settings):
         goal: q_N^e on x, y, heading of the last stage while a goal pose is contoured to (`rti_mpcc.paper`).
         contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 8, there).
         transition_slope, transition_reach: alpha [1/m] and beta [m] of the weight transition sigma (there).
-        arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
+        arrival_pose, arrival_speed: on position [1/m²], heading (10 times) and speed [s²/m²] at the
             end of a planned arrival.
         arrival_wheels: on the angle of the wheels at the end of a planned arrival, where the next segment
             starts with another one [1/rad²].

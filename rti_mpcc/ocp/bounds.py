@@ -24,9 +24,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Out3, inner, kernel, record
+from geometry.compiled import Array1, Array2, Out1, Out3, inner, kernel, record
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.layout import DELTA_DOT, A
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array
 
@@ -42,22 +43,26 @@ than 1: what the solver is off by is not to add up."""
 
 @record
 class StageBounds(NamedTuple):
-    """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3)."""
+    """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3).
+
+    `by_time`: (N,) how the bound that a plan's acceleration is next to grows with its end T [m/s³].
+    """
 
     states: Out3
     controls: Out3
+    by_time: Out1
 
 
 class Change(NamedTuple):
     """From what the acceleration changes: the one before [m/s²], and the speeds (N,) of the stages [m/s].
 
-    `turning`: (N,) steering rates that the last plan had [rad/s]; `lengths`: (N,) of the stages [s]; `rests`:
+    `planned`: (N, 3) controls that the last plan had; `lengths`: (N,) of the stages [s]; `rests`:
     whether the plan ends at rest, (J2); `pressed`: whether more than the comfort steering rate may be needed.
     """
 
     before: float
     speeds: Array
-    turning: Array
+    planned: Array
     lengths: Array
     rests: bool = False
     pressed: bool = True
@@ -107,13 +112,14 @@ def stage_bounds(
         _bound_change(
             change.before,
             np.ascontiguousarray(change.speeds),
-            TURNING_SHARE * np.abs(change.turning),
+            change.planned,
             change.lengths,
             jerk if abs(change.speeds[0]) <= FAR_SPEED * limits.speed else inf,
             jerk if change.rests else inf,
             CALM_SPEED if change.pressed else inf,
             config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
             bounds.controls,
+            bounds.by_time,
         )
     return bounds
 
@@ -146,42 +152,52 @@ def _stage_bounds(
         controls[k, 0, 0], controls[k, 1, 0] = braking, acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
-    return StageBounds(states, controls)
+    return StageBounds(states, controls, np.zeros(len(most)))
 
 
 @kernel
 def _bound_change(
     before: float,
     speeds: Array1,
-    kept: Array1,
+    planned: Array2,
     lengths: Array1,
     jerk: float,
     jerk_at_end: float,
     calm: float,
     steering_rate: float,
     controls: Out3,
+    by_time: Out1,
 ) -> None:
     """(J1) to (J3), where the limits and the ones before leave them; a comfort value of `inf` is no bound."""
     stages, speed = len(controls), speeds[0]
+    rest = np.sum(lengths[1:])
     free = before * speed <= 0.0 and speed * speed < (before * before / jerk) ** 2
     allowed, left = jerk * lengths[0], 0.0
     for k in range(stages):
         lowest, highest = before - allowed, before + allowed
         if free:
             lowest, highest = min(lowest, 0.0), max(highest, 0.0)
-        _narrow(controls, k, lowest, highest)
+        if _narrow(controls, k, lowest, highest, planned[k, A]):
+            by_time[k] = jerk * max(allowed / jerk - lengths[0] - lengths[0], 0.0) / rest
         allowed += jerk * lengths[k]
         if abs(speeds[k]) <= calm:
-            most = max(steering_rate, kept[k])
+            most = max(steering_rate, TURNING_SHARE * abs(planned[k, DELTA_DOT]))
             controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)
     for k in range(stages - 1, -1, -1):
         left += lengths[k]
-        _narrow(controls, k, -jerk_at_end * left, jerk_at_end * left)
+        if _narrow(controls, k, -jerk_at_end * left, jerk_at_end * left, planned[k, A]):
+            by_time[k] = jerk_at_end * min(left, rest) / rest
 
 
 @inner
-def _narrow(controls: Array, k: int, lowest: float, highest: float) -> None:
-    """Bound the acceleration of stage k further; beyond its bounds only they count."""
+def _narrow(controls: Array, k: int, lowest: float, highest: float, planned: float) -> bool:
+    """Bound the acceleration of stage k further; beyond its bounds only they count.
+
+    Returns whether that is the nearer bound on the side of the `planned` acceleration.
+    """
     low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
-    if low <= high:
-        controls[k, 0, 0], controls[k, 1, 0] = low, high
+    if low > high:
+        return False
+    nearer: bool = high < controls[k, 1, 0] if planned > 0.0 else low > controls[k, 0, 0]
+    controls[k, 0, 0], controls[k, 1, 0] = low, high
+    return nearer

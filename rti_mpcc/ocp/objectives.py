@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from math import inf
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -26,6 +27,9 @@ printed sum over stages of 0.1 s."""
 GOAL_CLIP = (0.5, 0.3)
 """What the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost grows linearly
 (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
+ON_POSE = np.array([1.0, 1.0, 10.0])
+"""What errors of x, y [1/m²] and of the heading [1/rad²] count at the end of an arrival. With 1 on both
+an arrival with a low comfort steering rate ends 7 deg off, rather than 3 s later (docs/decisions, 26)."""
 FIRM_TIME = 5.0
 """Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
 accepts at the goal to save effort grows with 1/t_go³: without this it is all of the distance left at 1 s
@@ -48,6 +52,7 @@ class StageWeights:
 
     `slack` is the linear weight of the corridor slack [1/m] of (H3), above the largest pull that could press
     the body against a boundary: the penalty is exact. `scale` brings the QP's cost to size.
+    `time` is w_T of (T4) [1/s], 0 where the end is fixed.
     """
 
     lag: Array
@@ -64,6 +69,7 @@ class StageWeights:
     slack: float
     scale: float
     goal_wheels: float = 0.0
+    time: float = 0.0
 
     @property
     def follows_path(self) -> bool:
@@ -97,6 +103,7 @@ class HorizonObjective(ABC):
         along_path: corridor, room and the part's direction count; otherwise only its target does.
         ends: the progress of a plan ends at the target's stop; otherwise the path is extrapolated.
         arrives: a planned arrival may take over from it.
+        latest: end of a plan whose end is free [s].
     """
 
     __slots__ = ()
@@ -104,10 +111,11 @@ class HorizonObjective(ABC):
     along_path: ClassVar[bool] = True
     ends: ClassVar[bool] = True
     arrives: ClassVar[bool] = True
+    latest: float = inf
 
     @abstractmethod
-    def horizon(self, at: float, config: ControllerConfig) -> float:
-        """Length of a plan that starts `at` [s]."""
+    def horizon(self, at: float, config: ControllerConfig) -> float | None:
+        """Length of a plan that starts `at` [s]; None: that of the last one, its end being free, (T4)."""
 
     @abstractmethod
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
@@ -154,19 +162,23 @@ class ArrivalAtRest(HorizonObjective):
     """One arrival at rest at the target, at the horizon's end.
 
     Attributes:
-        at: when that is [s].
+        at: when that is [s]; None: when the QP finds best, (T4), and no later than `latest` [s].
     """
 
     kind: ClassVar[Objective] = Objective.ARRIVAL
-    at: float
+    at: float | None = None
+    latest: float = inf
 
-    def horizon(self, at: float, config: ControllerConfig) -> float:
+    def horizon(self, at: float, config: ControllerConfig) -> float | None:
         """The time to go [s]."""
-        return self.at - at
+        return None if self.at is None else self.at - at
 
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
-        """Weights on the pose and speed at the end, and on effort, see `arrival_weights`."""
-        return arrival_weights(config.weights, target, lengths, config.arrival_comfort)
+        """Weights on the pose and speed at the end, on effort, and on time, see `arrival_weights`."""
+        pace = 0.0 if self.at is not None else config.arrival_acceleration
+        return arrival_weights(
+            config.weights, target, lengths, config.arrival_comfort, config.arrival_effort, pace
+        )
 
 
 def contouring_weights(weights: Weights, lengths: Array, cruise_speed: float, effort: float) -> StageWeights:
@@ -196,21 +208,29 @@ def contouring_weights(weights: Weights, lengths: Array, cruise_speed: float, ef
 
 
 def arrival_weights(
-    weights: Weights, target: Target, lengths: Array, comfort: tuple[float, float, float]
+    weights: Weights,
+    target: Target,
+    lengths: Array,
+    comfort: tuple[float, float, float],
+    effort: float,
+    pace: float = 0.0,
 ) -> StageWeights:
     """One planned arrival at rest at the target at the horizon's end: (W5), docs/method.md.
 
     Args:
         lengths: (N,) of the stages [s].
         comfort: weights on what goes beyond it, in place of those of `weights`.
+        effort: weight on the squared acceleration, likewise.
+        pace: a_planned of (T4) [m/s²]; 0: the end is fixed.
     """
-    goal, whole = np.full(3, weights.arrival_pose), stage_share(lengths, STAGE_LENGTH)
-    share, none = whole * min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3, np.zeros(len(whole))
+    goal, whole = weights.arrival_pose * ON_POSE, stage_share(lengths, STAGE_LENGTH)
+    firm = min(1.0, float(lengths.sum()) / FIRM_TIME) ** 3
+    share, none = whole * firm, np.zeros(len(whole))
     return StageWeights(
         lag=none,
         contouring=none,
         heading=none,
-        acceleration=weights.acceleration * share[:-1],
+        acceleration=effort * share[:-1],
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
@@ -220,6 +240,7 @@ def arrival_weights(
         slack=2.0 * goal_pull(goal),
         scale=1.0 / weights.arrival_pose,
         goal_wheels=0.0 if target.wheels is None else target.wheels_share * weights.arrival_wheels,
+        time=firm * weights.acceleration * pace**2 / STAGE_LENGTH,
     )
 
 

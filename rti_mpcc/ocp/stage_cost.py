@@ -120,6 +120,14 @@ def _excess(value: float, weight: float, most: float) -> tuple[float, float, flo
     return weight * COMFORT_CLIP / max(excess, COMFORT_CLIP), excess, slope if value > 0.0 else -slope
 
 
+@inner
+def excess_cost(value: float, weight: float, most: float) -> float:
+    """(C4)."""
+    clipped, excess, _ = _excess(value, weight, most)
+    cost: float = clipped * excess * excess
+    return cost
+
+
 @kernel
 def _add_lateral_excess(
     states: Array2, weights: Array1, most: float, wheelbase: float, hessian: Out3, gradient: Out2

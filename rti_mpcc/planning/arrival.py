@@ -1,4 +1,4 @@
-"""When to start a planned arrival, and how long it takes.
+"""When to start a planned arrival, and what it begins its iterations with: how long it takes, and its motion.
 
 An arrival at rest of least acceleration energy over the way D from the speed v is a cubic in time. The
 one whose final deceleration is a takes
@@ -17,13 +17,7 @@ has a cubic up to that speed and one down from it. On each of them, V the speed 
 
 Where the comfortable speed changes, (T3) with V(theta) the lower of the pace and the peak of (T1) is driven
 forwards from the present speed and backwards from rest: not the least energy, but (T1) where the pace is
-nowhere below that peak.
-
-That is a smooth ride. A brisk one takes the least time with the acceleration a and the jerk j,
-
-(T6)  t_go = (2 V - v) / a + a / j,   V² = a D + v² / 2,   |dv/dt| = a below the pace:
-
-the acceleration takes a / j to rise and to fall, half of it at either end of the motion.
+nowhere below that peak. How long an arrival takes in the end the QP finds: (T4), `rti_mpcc.ocp.end_time`.
 """
 
 from __future__ import annotations
@@ -33,10 +27,10 @@ from math import asin, inf, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.planning.speed_profile import ComfortSpeeds
 from rti_mpcc.types import Array
 
-LEAST_TIME = 1.0  # [s] to go, at least: closer in, the plan always ends this far ahead
 WAITING_REACH = 30.0
 """No arrival within reach waits until it is nearer [m]: (T2) leaves a slow vehicle no room to get across to a
 goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a goal and stalled
@@ -44,23 +38,11 @@ goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a
 
 
 def arrival_time(
-    distance: float,
-    speed: float,
-    config: ControllerConfig,
-    highest: Array | None = None,
-    *,
-    calm: bool = False,
+    distance: float, speed: float, config: ControllerConfig, highest: Array | None = None
 ) -> float:
-    """Duration [s] of the arrival planned over `distance` [m] from `speed` >= 0 [m/s]; calm: a smooth one."""
-    return time_to_go(
-        distance,
-        speed,
-        config.arrival_acceleration,
-        LEAST_TIME,
-        highest,
-        jerk=config.comfort.jerk,
-        brisk=config.ride == "brisk" and not calm,
-    )
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s]."""
+    acceleration, jerk = config.arrival_acceleration, config.comfort.jerk
+    return time_to_go(distance, speed, acceleration, LEAST_TIME, highest, jerk=jerk)
 
 
 def time_to_go(
@@ -71,9 +53,8 @@ def time_to_go(
     highest: Array | None = None,
     *,
     jerk: float = inf,
-    brisk: bool = False,
 ) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3); (T6).
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does; the
     ramp is that of comfort all the same, so that no arrival takes longer than the one from rest.
@@ -81,32 +62,18 @@ def time_to_go(
     Args:
         comfort: acceleration a [m/s²]; least: shortest duration [s].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
-        jerk: at which it begins and ends to brake [m/s³]; brisk: whether it is a brisk ride.
+        jerk: at which it ends to brake [m/s³].
     """
     distance = max(distance, 1e-6)
-    a = _deceleration(distance, speed, comfort)
-    if brisk:
-        ramp, peak = comfort / jerk, _highest_speed(distance, speed, a)
-        free = (2.0 * peak - speed) / a
-    else:
-        ramp, free = 0.5 * comfort / jerk, _free_time(distance, speed, a)
-        peak = _vertex_speed(distance, speed, free)
+    a, ramp = _deceleration(distance, speed, comfort), 0.5 * comfort / jerk
+    free = _free_time(distance, speed, a)
+    peak = _vertex_speed(distance, speed, free)
     if free + ramp <= least:
         return least
     if highest is None or float(highest.min()) >= peak:
         return free + ramp
-    paced = _profiled(distance, speed, a, np.minimum(highest, peak), brisk)[0]
+    paced = _profiled(distance, speed, a, np.minimum(highest, peak))[0]
     return max(float(paced[-1]), free) + ramp
-
-
-def time_along(ways: Array, speed: float, acceleration: float, highest: Array) -> float:
-    """Duration [s] of a brisk arrival over pieces of lengths `ways` (m,) [m], (T6) without its ramps."""
-    up = _even_speeds_along(speed, highest.tolist(), ways.tolist(), acceleration)
-    down = _even_speeds_along(0.0, highest[::-1].tolist(), ways[::-1].tolist(), acceleration)
-    speeds = np.minimum(up, down[::-1])
-    speeds[0] = speed
-    times = 2.0 * ways / np.maximum(speeds[1:] + speeds[:-1], 1e-6)
-    return float(times.sum())
 
 
 def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, Array]:
@@ -120,15 +87,13 @@ def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, 
 
 
 def profiled_motion(
-    elapsed: Array, distance: float, speed: float, comfort: float, highest: Array, *, brisk: bool = False
+    elapsed: Array, distance: float, speed: float, comfort: float, highest: Array
 ) -> tuple[Array, Array]:
-    """`cubic_motion` by (T3), or (T6), stretched to the time that there is: it starts with `speed`."""
+    """`cubic_motion` by (T3), stretched to the time that there is: it starts with `speed`."""
     distance = max(distance, 1e-6)
     a = _deceleration(distance, speed, comfort)
-    peak = _highest_speed(distance, speed, a)
-    if not brisk:
-        peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
-    times, speeds = _profiled(distance, speed, a, np.minimum(highest, peak), brisk)
+    peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
+    times, speeds = _profiled(distance, speed, a, np.minimum(highest, peak))
     slower = float(times[-1]) / float(elapsed[-1])
     at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
@@ -158,14 +123,9 @@ def within_reach(
     Near is what is reached at the default comfort within the arrival horizon; a gentler arrival takes longer,
     but its stages are as short in metres. `distance` [m] counts from `theta` [m].
     """
-    comfort = config.arrival_acceleration
-    duration, brisk = arrival_time(distance, speed, config), config.ride == "brisk"
-    braking = 4.0 * speed**2 / (3.0 * comfort)
-    if brisk:
-        braking = 0.5 * speed**2 / comfort + speed * comfort / config.comfort.jerk
-    due = distance <= max(braking, WAITING_REACH)
-    peak = _highest_speed(distance, speed, comfort) if brisk else peak_speed(distance, speed, duration)
-    if not due and peak > config.limits.speed:
+    duration = arrival_time(distance, speed, config)
+    due = distance <= max(4.0 * speed**2 / (3.0 * config.arrival_acceleration), WAITING_REACH)
+    if not due and peak_speed(distance, speed, duration) > config.limits.speed:
         return False
     if distance <= config.arrival_reach:
         return True
@@ -185,47 +145,28 @@ def _free_time(distance: float, speed: float, acceleration: float) -> float:
     return (-speed + sqrt(speed**2 + 6.0 * acceleration * distance)) / acceleration
 
 
-def _highest_speed(distance: float, speed: float, acceleration: float) -> float:
-    """V of (T6) [m/s]."""
-    return sqrt(acceleration * distance + 0.5 * speed**2)
-
-
-def _profiled(
-    distance: float, speed: float, acceleration: float, bounds: Array, brisk: bool
-) -> tuple[Array, Array]:
-    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3), or (T6), at the ends of m equal pieces
+def _profiled(distance: float, speed: float, acceleration: float, bounds: Array) -> tuple[Array, Array]:
+    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3), at the ends of m equal pieces
     of the way, with c = `bounds` (m,) [m/s] in them."""
-    piece, along = distance / len(bounds), _even_speeds_along if brisk else _speeds_along
-    pieces = [piece] * len(bounds)
-    up = along(speed, bounds.tolist(), pieces, acceleration)
-    down = along(0.0, bounds[::-1].tolist(), pieces, acceleration)[::-1]
+    piece = distance / len(bounds)
+    up = _speeds_along(speed, bounds.tolist(), piece, acceleration)
+    down = _speeds_along(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
     speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])
     return np.append(0.0, np.cumsum(2.0 * piece / (speeds[1:] + speeds[:-1]))), speeds
 
 
-def _speeds_along(speed: float, bounds: list[float], pieces: list[float], acceleration: float) -> list[float]:
-    """Speeds at the ends of pieces of these lengths [m], from `speed` on, by (T3).
+def _speeds_along(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
+    """Speeds at the ends of pieces of this length [m], from `speed` on, by (T3).
 
     With u = sqrt(1 - v / c) the way left to c is 2 c² / a (u - u³ / 3), and u - u³ / 3 = 2/3 sin 3x for
     u = 2 sin x.
     """
     speeds = [speed]
-    for piece, bound in zip(pieces, bounds, strict=True):
+    for bound in bounds:
         u = sqrt(1.0 - min(speed, bound) / bound)
         left = 1.5 * (u - u**3 / 3.0 - 0.5 * acceleration * piece / bound**2)
         speed = bound if left <= 0.0 else bound * (1.0 - (2.0 * sin(asin(min(left, 1.0)) / 3.0)) ** 2)
-        speeds.append(speed)
-    return speeds
-
-
-def _even_speeds_along(
-    speed: float, bounds: list[float], pieces: list[float], acceleration: float
-) -> list[float]:
-    """The same at one acceleration, below the bounds."""
-    speeds = [speed]
-    for piece, bound in zip(pieces, bounds, strict=True):
-        speed = min(bound, sqrt(min(speed, bound) ** 2 + 2.0 * acceleration * piece))
         speeds.append(speed)
     return speeds

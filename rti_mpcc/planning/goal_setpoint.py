@@ -116,7 +116,7 @@ def none_accepted(s: ControllerState) -> str:
 
 def doubt(s: ControllerState, config: ControllerConfig) -> str:
     """Why the estimate is not good enough to dock by if the goal is not seen again, or ""."""
-    estimate, arrival = s.goal.estimate, s.task.arrival
+    estimate, arrives_at = s.goal.estimate, s.arrives_at
     if s.goal.terms.keep_out and never_seen(s.goal, config):
         return "goal not seen yet, and not certain to be where it is expected"
     tracking = config.goal_tracking
@@ -124,7 +124,7 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
         return "waiting until the dock stands"
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
+    left = 0.0 if arrives_at is None else max(arrives_at - s.now, 0.0)
     pose, covariance = estimate.pose, estimate.covariance
     assert pose is not None
     assert covariance is not None

@@ -41,14 +41,11 @@ def arrival_guess(
     speed = max(part.direction * float(state[V]), 0.0)
     elapsed, theta = times - times[0], float(state[THETA])
     s, rate = cubic_motion(elapsed, distance, speed)
-    brisk = config.ride == "brisk"
-    if brisk or (
-        profile.side_clearance is not None
-        and (rate > profile.side_clearance.bounds(theta + s, elapsed, speed, config)).any()
-    ):
+    side = profile.side_clearance
+    if side is not None and (rate > side.bounds(theta + s, elapsed, speed, config)).any():
         # The QP would not let it be so fast: the motion that the time was planned with.
         highest = profile.ahead(theta, distance)
-        s, rate = profiled_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
+        s, rate = profiled_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
     return along_path(part, target, state, times, s, rate, config)
 
 

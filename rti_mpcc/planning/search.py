@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot, inf, radians
+from math import hypot, radians
 
 import numpy as np
 
@@ -165,7 +165,6 @@ def converge(
     solutions: list[Solution] = []
     problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
     last, guess = start.last, start.guess
-    longest = inf if s.task.arrival is None else schedule.longest_arrival(context, mpcc.config)
     while len(solutions) < start.most:
         out_of_time = not clock.grants()
         if out_of_time:
@@ -177,7 +176,7 @@ def converge(
         if found.solved:
             last, guess = found, None
         unsolved += not found.solved
-        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance, longest)
+        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance)
         corridor_infeasible = start.first and _corridor_infeasible(
             found, context.target, mpcc.config, arriving=s.task.arrival is not None
         )
@@ -257,7 +256,7 @@ def suspended(
 def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
-    horizon = config.cruise_horizon if arrival is None else arrival.at - context.start_time
+    horizon = config.cruise_horizon if arrival is None else schedule.duration(context, config)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, context.profile, config)
@@ -280,9 +279,9 @@ def _corridor_infeasible(
 
 
 def rejection_reason(
-    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED, longest: float = inf
+    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED
 ) -> str:
-    """Why a solution must not be driven, or ""; `longest`: time that its plan may take [s]."""
+    """Why a solution must not be driven, or ""."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits = solution.trajectory, config.limits
@@ -298,17 +297,12 @@ def rejection_reason(
     found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
     if found.drift > POSITION_DEFECT or found.turn > HEADING_DEFECT:
         return f"the plan breaks the dynamics by {found.drift:.2f} m and {np.degrees(found.turn):.1f} deg"
-    return _far_ahead(plan, found, config, disturbance, longest)
+    return _far_ahead(plan, found, config, disturbance)
 
 
-def _far_ahead(
-    plan: Trajectory, found: Extremes, config: ControllerConfig, disturbance: Disturbance, longest: float
-) -> str:
+def _far_ahead(plan: Trajectory, found: Extremes, config: ControllerConfig, disturbance: Disturbance) -> str:
     """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
-    seconds = float(plan.times[-1] - plan.times[0])
-    if seconds > longest:
-        return f"the plan takes {seconds:.0f} s (at most {longest:.0f} s)"
     _, _, position, heading, speed, angle, a, rate = found
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
     begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))

@@ -5,9 +5,7 @@ turns its wheels on the spot. From it, with the comfort values,
 
 (P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit,
 
-and what the clearance beside the body allows, (P2) of rti_mpcc.ocp.side_clearance. A brisk ride is not slowed
-by what the path asks of the steering: a vehicle steers over more metres than the path, and where that leaves
-comfort all the same its arrival gets more time, see `rti_mpcc.planning.schedule`.
+and what the clearance beside the body allows, (P2) of rti_mpcc.ocp.side_clearance.
 """
 
 from __future__ import annotations
@@ -67,9 +65,8 @@ def speed_profile_of(
     # In a part of two pieces the way over which it is smoothed would shrink with the part.
     way = theta if count > 2 else PATH_SPACING * np.arange(count + 1.0)
     turning = np.maximum(np.abs(np.gradient(steering, way)), FLAT)
-    speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
-    if config.ride == "smooth":
-        speed = np.minimum(speed, comfort.steering_rate / turning)
+    speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), comfort.steering_rate / turning)
+    speed = np.minimum(speed, config.limits.speed)
     if side_clearance is not None:
         speed = np.minimum(speed, PLANNED_SHARE * side_clearance.speed_at(theta))
     return ComfortSpeeds(theta=theta, speed=speed, side_clearance=side_clearance)

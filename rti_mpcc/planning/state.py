@@ -62,15 +62,13 @@ class Arrival:
     """One planned arrival at rest.
 
     Attributes:
-        at: planned time [s]; timed_for: the target pose that the time was set for.
+        latest: its latest end [s]; timed_for: the target pose that this was set for.
         overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
-        calm: it got the time of a smooth ride in a brisk one.
     """
 
-    at: float
+    latest: float
     timed_for: Pose2
     overdue_since: float | None = None
-    calm: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -295,7 +293,7 @@ class Task:
         """Of the QP."""
         if self.successor is not None:
             return self.successor
-        return self.segment.objective if self.arrival is None else ArrivalAtRest(self.arrival.at)
+        return self.segment.objective if self.arrival is None else ArrivalAtRest(latest=self.arrival.latest)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -378,6 +376,12 @@ class ControllerState:
     def now(self) -> float:
         """Time of this cycle on the controller's own clock [s]."""
         return self.clock.time or 0.0
+
+    @property
+    def arrives_at(self) -> float | None:
+        """When the driven plan arrives [s]; None while contouring."""
+        arrives = self.task.arrival is not None and self.plans.driven is not None
+        return float(self.plans.driven.times[-1]) if arrives and self.plans.driven is not None else None
 
     @property
     def on_planned_route(self) -> bool:

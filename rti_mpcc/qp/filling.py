@@ -13,11 +13,21 @@ import numpy as np
 
 from geometry.compiled import Array1, Array2, Array3, Index2, Index3, Out1, inner, kernel, record
 from rti_mpcc.model.bicycle import ModelStep
-from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
+from rti_mpcc.ocp.end_time import EndTime
 from rti_mpcc.ocp.stage_cost import QuadraticCost
-from rti_mpcc.qp.pattern import BOUNDED, CONTROL_UNITS, HESSIAN_PAIRS, SLACK_UNIT, STATE_UNITS, QpPattern
+from rti_mpcc.qp.pattern import (
+    BOUND_UNIT,
+    BOUNDED,
+    CONTROL_UNITS,
+    HESSIAN_PAIRS,
+    SLACK_UNIT,
+    STATE_UNITS,
+    TIME_UNIT,
+    QpPattern,
+)
 from rti_mpcc.types import Array
 
 CHANGE_WEIGHT = 1e-6
@@ -67,7 +77,8 @@ def empty_values(pattern: QpPattern) -> QpValues:
     values.lower[pattern.slack_rows] = 0.0
     # The solver is told from the start which rows are equations, and which have bounds at all.
     values.lower[pattern.dynamics_rows] = values.upper[pattern.dynamics_rows] = 0.0
-    values.lower[pattern.bound_rows], values.upper[pattern.bound_rows] = -1.0, 1.0
+    for rows_bounded in (pattern.bound_rows, pattern.time_row):
+        values.lower[rows_bounded], values.upper[rows_bounded] = -1.0, 1.0
     loose, relief = min(-LOOSE / ROW_SCALING_FROM, ROW_SCALING_MOST), pattern.half_planes[..., POSE]
     values.constraints[relief] = pattern.constraint_scale[relief] / loose
     values.row_scaling[pattern.corridor_rows], values.lower[pattern.corridor_rows] = loose, LOOSE / loose
@@ -77,7 +88,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
 @kernel
 def fill(
     values: QpValues, pattern: QpPattern,
-    cost: QuadraticCost, step: ModelStep, bounds: StageBounds, rows: CorridorRows,
+    cost: QuadraticCost, step: ModelStep, bounds: StageBounds, rows: CorridorRows, end: EndTime,
     states: Array2, controls: Array2, lengths: Array1,
     slack: float, scale: float, damping: float, idle: float, scaled_from: float, most: float,
 ) -> None:  # fmt: skip
@@ -96,6 +107,8 @@ def fill(
     _fill_dynamics(values, pattern, step, lengths, states)
     _fill_bounds(values, pattern, bounds, states, controls, scaled_from, most)
     _fill_half_planes(values, pattern, rows, scaled_from, most)
+    if len(pattern.time_column) > 0:
+        _fill_end(values, pattern, end, bounds, controls, scale)
 
 
 @inner
@@ -202,6 +215,27 @@ def _fill_bounds(
                 slot, row = pattern.bounds[kind, k, i], pattern.bound_rows[kind, k, i]
                 values.constraints[slot] = pattern.constraint_scale[slot] / by
                 values.row_scaling[row], values.lower[row], values.upper[row] = by, low / by, high / by
+
+
+@inner
+def _fill_end(
+    values: QpValues, pattern: QpPattern, end: EndTime, bounds: StageBounds, controls: Array,
+    scale: float,
+) -> None:  # fmt: skip
+    """(T5), and how the bounds on the acceleration move with dT, after `_fill_bounds`."""
+    column, slot, row = pattern.time_column[0], pattern.time_hessian[0], pattern.time_row[0]
+    values.gradient[column] = scale * end.gradient * TIME_UNIT
+    values.cost[slot] = CHANGE_WEIGHT + scale * end.curvature * pattern.cost_scale[slot]
+    unit = BOUND_UNIT * TIME_UNIT
+    values.lower[row], values.upper[row] = end.least / unit, end.most / unit
+    free = len(end.stretches) > 0
+    for k in range(len(pattern.stretches)):
+        for i in range(pattern.stretches.shape[1]):
+            slot = pattern.stretches[k, i]
+            values.constraints[slot] = end.stretches[k, i] * pattern.constraint_scale[slot] if free else 0.0
+        slot, by = pattern.bounds_by_time[k], values.row_scaling[pattern.bound_rows[1, k, A]]
+        grows = -bounds.by_time[k] if controls[k, A] > 0.0 else bounds.by_time[k]
+        values.constraints[slot] = grows * pattern.constraint_scale[slot] / by if free else 0.0
 
 
 @inner

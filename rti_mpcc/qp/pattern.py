@@ -1,16 +1,18 @@
 """Fixed sparsity pattern of the QP, with a named group of slots for everything that is written.
 
-Variables are the changes of states dz_0..dz_N and controls du_0..du_{N-1} about a trajectory, and
-one corridor slack per stage 1..N:
+Variables are the changes of states dz_0..dz_N and controls du_0..du_{N-1} about a trajectory, one corridor
+slack per stage 1..N, and, where plans end at a free time, the change dT of that:
 
     minimise   1/2 w' P w + q' w     subject to   l <= A w <= u
 
 Rows, in this order:
-    dynamics   dz_0 = measured - linearised;  F_z dz_k + F_u du_k - dz_{k+1} = z_{k+1} - F(z_k, u_k)
+    dynamics   dz_0 = measured - linearised;
+               F_z dz_k + F_u du_k + F_T dT - dz_{k+1} = z_{k+1} - F(z_k, u_k)
     states     bounds on v, delta, theta of stages 1..N
     controls   bounds on a, delta_dot, theta_dot
     corridor   half-planes of every piece of stages 1..N (ocp/corridor_rows.py, Eq. H2)
     slack      >= 0
+    time       bounds on dT
 
 Everything is in scaled units: a variable counts in its `UNITS`, a row in the unit of what it bounds,
 so OSQP's own scaling (a pass over the matrices each cycle) can stay off.
@@ -33,6 +35,8 @@ CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
 """What one scaled unit of a, delta_dot, theta_dot is."""
 SLACK_UNIT = 0.1
 """What one scaled unit of slack is [m]."""
+TIME_UNIT = 1.0
+"""What one scaled unit of dT is [s]."""
 
 BOUND_UNIT = 10.0
 """Bounds on states and controls count in so many of these units. Each row drags on the solver's steps like a
@@ -53,6 +57,8 @@ KEPT = np.array([X, Y, V, DELTA, THETA])
 """States that a stage hands on with slope 1 whatever it is linearised about."""
 DRIVEN = np.array([V, DELTA, THETA])
 """States that the controls change at the rate 1."""
+STRETCHED = np.array([X, Y, PHI, V, DELTA])
+"""States that change with the length of their stage; the progress keeps to its stages (`ocp.end_time`)."""
 
 
 @record
@@ -60,13 +66,15 @@ class QpPattern(NamedTuple):
     """Where everything stands in the QP; all arrays are read-only, kernels take it whole.
 
     Attributes:
-        state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
+        state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,), time_column (1,): variables.
         dynamics_rows (N+1, 6), bound_rows (2, N, 3) of states and controls, corridor_rows (N, pieces, sides),
-            slack_rows (N,): constraints.
+            slack_rows (N,), time_row (1,): constraints.
         column_units: (n,) what one scaled unit is; bound_units: (2, 3) the same of `bound_rows`.
-        hessians (N+1, 13) of `HESSIAN_PAIRS`, control_hessians (N, 3), slack_hessians (N,): slots of P.
+        hessians (N+1, 13) of `HESSIAN_PAIRS`, control_hessians (N, 3), slack_hessians (N,), time_hessian
+            (1,): slots of P.
         poses (N, 15) as in `ModelStep.pose_by`, driven (N, 3), bounds (2, N, 3), half_planes (N, pieces,
-            sides, 4) on x, y, phi and slack: slots of A.
+            sides, 4) on x, y, phi and slack, stretches (N, 5) of `STRETCHED` and bounds_by_time (N,) on a,
+            both on dT: slots of A. All of dT are empty where the end of plans is not free.
         cost_...: of P (upper triangle) in CSC form; constraint_...: of A. `scale`: (nnz,) from physical to
             scaled units; `constant`: (nnz,) the entries that never change, 0 elsewhere.
     """
@@ -74,19 +82,24 @@ class QpPattern(NamedTuple):
     state_columns: Index2
     control_columns: Index2
     slack_columns: Index1
+    time_column: Index1
     dynamics_rows: Index2
     bound_rows: Index3
     corridor_rows: Index3
     slack_rows: Index1
+    time_row: Index1
     column_units: Array1
     bound_units: Array2
     hessians: Index2
     control_hessians: Index2
     slack_hessians: Index1
+    time_hessian: Index1
     poses: Index2
     driven: Index2
     bounds: Index3
     half_planes: Index4
+    stretches: Index2
+    bounds_by_time: Index1
     cost_indices: Index1
     cost_indptr: Index1
     cost_scale: Array1
@@ -99,7 +112,7 @@ class QpPattern(NamedTuple):
     @property
     def shape(self) -> tuple[int, int]:
         """Number of constraints and of variables."""
-        return self.slack_rows[-1] + 1, len(self.column_units)
+        return self.slack_rows[-1] + 1 + len(self.time_row), len(self.column_units)
 
     def cost_matrix(self, data: Array) -> sparse.csc_matrix:
         """P with `data` (nnz,), explicit zeros kept."""
@@ -111,49 +124,60 @@ class QpPattern(NamedTuple):
         return sparse.csc_matrix((data, self.constraint_indices, self.constraint_indptr), shape=self.shape)
 
 
-def build_pattern(stages: int, pieces: int, sides: int) -> QpPattern:
-    """The pattern for N stages and `sides` half-planes on each of `pieces` pieces."""
+def build_pattern(stages: int, pieces: int, sides: int, *, free_end: bool = False) -> QpPattern:
+    """The pattern for N stages and `sides` half-planes on each of `pieces` pieces; `free_end`: with dT."""
+    of_time = (int(free_end),)
     of_states, of_controls, of_sides = (stages + 1, STATES), (stages, CONTROLS), (stages, pieces, sides)
-    (state_columns, control_columns, slack_columns), columns = _consecutive(of_states, of_controls, (stages,))
-    (dynamics_rows, bound_rows, corridor_rows, slack_rows), rows = _consecutive(
-        of_states, (2, *of_controls), of_sides, (stages,)
+    (state_columns, control_columns, slack_columns, time_column), columns = _consecutive(
+        of_states, of_controls, (stages,), of_time
+    )
+    (dynamics_rows, bound_rows, corridor_rows, slack_rows, time_row), rows = _consecutive(
+        of_states, (2, *of_controls), of_sides, (stages,), of_time
     )
 
     column_units = np.empty(columns)
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
-    column_units[slack_columns] = SLACK_UNIT
+    column_units[slack_columns], column_units[time_column] = SLACK_UNIT, TIME_UNIT
     row_units = np.ones(rows)
+    row_units[time_row] = BOUND_UNIT * TIME_UNIT
     row_units[dynamics_rows], row_units[slack_rows] = STATE_UNITS, SLACK_UNIT
     row_units[bound_rows] = BOUND_UNIT * np.stack([STATE_UNITS[BOUNDED], CONTROL_UNITS])[:, None]
 
-    cost, (hessians, control_hessians, slack_hessians) = _slots(
+    cost, (hessians, control_hessians, slack_hessians, time_hessian) = _slots(
         column_units,
         column_units,
         (state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]], 0.0),
         (control_columns, control_columns, 0.0),
         (slack_columns, slack_columns, 0.0),
+        (time_column, time_column, 0.0),
     )
+    stretched = dynamics_rows[1:, STRETCHED] if free_end else np.empty((0, len(STRETCHED)), dtype=np.int64)
+    bounded = bound_rows[1, :, A] if free_end else np.empty(0, dtype=np.int64)
+    dt = int(time_column[0]) if free_end else 0
     causes = np.hstack([state_columns[:-1, [PHI, V, DELTA]], control_columns[:, [A, DELTA_DOT]]])
     pose = dynamics_rows[1:, [X, Y, PHI]]
     pose_and_slack = np.hstack([state_columns[1:, [X, Y, PHI]], slack_columns[:, None]])
-    constraints, (poses, driven, bounds, half_planes, *_) = _slots(
+    constraints, (poses, driven, bounds, half_planes, stretches, bounds_by_time, *_) = _slots(
         1.0 / row_units,
         column_units,
         (pose.repeat(causes.shape[1], axis=1), np.tile(causes, pose.shape[1]), 0.0),
         (dynamics_rows[1:, DRIVEN], control_columns, 0.0),
         (bound_rows, np.stack([state_columns[1:, BOUNDED], control_columns]), 1.0),
         (corridor_rows[..., None], pose_and_slack[:, None, None, :], 0.0),
+        (stretched, np.full_like(stretched, dt), 0.0),
+        (bounded, np.full_like(bounded, dt), 0.0),
         (dynamics_rows[0], state_columns[0], 1.0),
         (dynamics_rows[1:, KEPT], state_columns[:-1, KEPT], 1.0),
         (dynamics_rows[1:], state_columns[1:], -1.0),
         (slack_rows, slack_columns, 1.0),
+        (time_row, time_column, 1.0),
     )
     pattern = QpPattern(
-        state_columns, control_columns, slack_columns,
-        dynamics_rows, bound_rows, corridor_rows, slack_rows,
+        state_columns, control_columns, slack_columns, time_column,
+        dynamics_rows, bound_rows, corridor_rows, slack_rows, time_row,
         column_units, row_units[bound_rows[:, 0]],
-        hessians, control_hessians, slack_hessians,
-        poses, driven, bounds, half_planes,
+        hessians, control_hessians, slack_hessians, time_hessian,
+        poses, driven, bounds, half_planes, stretches, bounds_by_time,
         *cost, *constraints,
     )  # fmt: skip
     for each in pattern:

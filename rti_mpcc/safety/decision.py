@@ -71,7 +71,7 @@ def command(
     remarks: tuple[str, ...] = (),
 ) -> Command:
     """The command of a cycle whose control acts from `state` (6,) on. `remarks`: on inputs."""
-    control, plan, attempt, arrival = decision.control, decision.trajectory, decision.attempt, s.task.arrival
+    control, plan, attempt, arrives_at = decision.control, decision.trajectory, decision.attempt, s.arrives_at
     if s.clock.offset:
         times = plan.times - s.clock.offset
         read_only(times)
@@ -90,7 +90,7 @@ def command(
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
         target=target,
         goal=s.goal.estimate,
-        time_to_go=None if arrival is None else arrival.at - (s.now + s.vehicle.dead_time),
+        time_to_go=None if arrives_at is None else arrives_at - (s.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
         prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),

@@ -194,5 +194,7 @@ def control(
     integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
     most = config.limits.acceleration
     commanded = min(max(integral - K_P * e - K_D * v, -most), most)
-    acting = s.vehicle.disturbance.acting(commanded)
+    # The brakes are released evenly.
+    before, step = context.acceleration, config.comfort.jerk * config.cycle
+    acting = min(max(s.vehicle.disturbance.acting(commanded), before - step), before + step)
     return ControlInput(acting, 0.0, Source.STANDSTILL), replace(hold, integral=integral)

@@ -278,8 +278,8 @@ def _expected_time(result: RunResult) -> float | None:
     """The docking time that the controller expects before the run; None where none is known before."""
     path = result.given_path
     try:
-        goal = result.scenario.planned_goal()
-        seconds = inf if path is None else expected_docking_time(path, result.config, goal)
+        goal, along = result.scenario.planned_goal(), result.corridor
+        seconds = inf if path is None else expected_docking_time(path, result.config, goal, corridor=along)
     except ConfigError:
         return None
     return seconds if isfinite(seconds) else None

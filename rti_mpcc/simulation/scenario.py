@@ -160,7 +160,8 @@ class Scenario(Section):
         if section.docking_time is None:
             return config
         path = self.build_path()
-        return config_for_docking_time(section.docking_time, path, config, self.planned_goal())
+        goal, corridor = self.planned_goal(), self.build_corridor(path)
+        return config_for_docking_time(section.docking_time, path, config, goal, corridor=corridor)
 
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""

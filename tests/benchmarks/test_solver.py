@@ -35,6 +35,7 @@ def optimum(qp: QpProblem) -> Array:
         eps_abs=1e-9,
         eps_rel=1e-9,
         max_iter=200_000,
+        scaling=0,
         verbose=False,
     )
     found = solver.solve(raise_error=True)

@@ -53,6 +53,6 @@ def test_the_python_blocks_run_as_typed_and_dock(
     assert detected.startswith(("docked 0.0", "docked -0.0"))
     assert re.fullmatch(r"\d\d\.\d m on \d segments, 0\.\d\d m clear", planned)
     assert stands == "Status.PLANNING planning a route: there is none yet"
-    assert expected == "docks after about 26.7 s"
-    assert comfort.startswith("Comfort(acceleration=0.209")
+    assert expected == "docks after about 22.7 s"
+    assert comfort.startswith("Comfort(acceleration=0.179")
     assert replayed == "identical"

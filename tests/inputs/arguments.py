@@ -259,9 +259,11 @@ DOORS: dict[str, Door] = {
     "Undock": door(rti_mpcc.Undock, distance=1.0, **STEP),
     "Wait": door(Wait, seconds=1.0, **STEP, until=bool),
     "config_for_docking_time": door(
-        rti_mpcc.config_for_docking_time, seconds=40.0, path=PATH, config=CONFIG, goal=None
+        rti_mpcc.config_for_docking_time, seconds=40.0, path=PATH, config=CONFIG, goal=None, corridor=None
     ),
-    "expected_docking_time": door(rti_mpcc.expected_docking_time, path=PATH, config=CONFIG, goal=None),
+    "expected_docking_time": door(
+        rti_mpcc.expected_docking_time, path=PATH, config=CONFIG, goal=None, corridor=None
+    ),
     "repaired_path": door(rti_mpcc.repaired_path, path=PATH, area=AREA, config=CONFIG),
     "plan_manoeuvre": door(
         rti_mpcc.plan_manoeuvre, start=ORIGIN, goal=Pose2(6.0, 0.0, 0.0), area=AREA, config=CONFIG

@@ -269,7 +269,7 @@ def test_after_a_step_that_failed_the_way_home_ends_with_its_own_result() -> Non
 
 def test_a_stalled_vehicle_names_the_narrowing() -> None:
     narrow = Narrowing(12.0, 18.0, left=HALF + 0.055, right=-HALF - 0.055)
-    last = Ride(on_path(25.0, narrowings=[narrow])).drive(40.0, lambda each: each.status is Status.STALLED)
+    last = Ride(on_path(25.0, narrowings=[narrow])).drive(60.0, lambda each: each.status is Status.STALLED)
     assert last.status is Status.STALLED
     assert "the boundaries leave 0.055 m on either side of the body" in last.diagnostics.reason
 

@@ -65,7 +65,7 @@ def test_any_weight_may_be_0_and_the_cost_is_still_brought_to_size(
     for found in (
         contouring_weights(weights, LENGTHS, 5.0, effort),
         dynamic_weights(weights, paper, target_at(stop, kind), THETA, LENGTHS, 5.0),
-        arrival_weights(weights, target_at(stop, kind), LENGTHS, weights.arrival_comfort),
+        arrival_weights(weights, target_at(stop, kind), LENGTHS, weights.arrival_comfort, effort),
         cartesian_weights(weights, LENGTHS),
     ):
         assert isfinite(found.scale)
@@ -84,7 +84,9 @@ def test_the_effort_of_an_arrival_counts_less_the_nearer_it_is_and_never_more_th
 ) -> None:
     weights = Weights()
     near, far = (
-        arrival_weights(weights, target_at(10.0), np.full(N, each / N), weights.arrival_comfort)
+        arrival_weights(
+            weights, target_at(10.0), np.full(N, each / N), weights.arrival_comfort, weights.acceleration
+        )
         for each in (duration, 2.0 * duration)
     )
     full = weights.acceleration * duration / N / STAGE_LENGTH
@@ -96,7 +98,7 @@ def test_the_effort_of_an_arrival_counts_less_the_nearer_it_is_and_never_more_th
 def no_weights() -> StageWeights:
     """No weight on anything."""
     weights = Weights(lag=0.0, contouring=0.0, acceleration=0.0, steering_rate=0.0, progress_reward=0.0)
-    found = arrival_weights(weights, target_at(10.0), LENGTHS, (0.0, 0.0, 0.0))
+    found = arrival_weights(weights, target_at(10.0), LENGTHS, (0.0, 0.0, 0.0), 0.0)
     return replace(found, goal=np.zeros(3), goal_speed=0.0)
 
 
@@ -167,7 +169,7 @@ def test_bounds_leave_a_control_and_a_speed_whatever_came_before(
 ) -> None:
     profile = SpeedProfile(final=1e-3, deceleration=deceleration)
     config = ControllerConfig(comfort_jerk=jerk, objective=PaperObjective(speed_profile=profile))
-    change = Change(before, np.full(N, speed), np.zeros(N), LENGTHS, True, True)
+    change = Change(before, np.full(N, speed), np.zeros((N, 3)), LENGTHS, True, True)
     target = target_at(5.0 + left)
     bounds = stage_bounds(config, target, 1, THETA, change=change)
     DynamicContouring().bound(bounds, target, THETA, 1, config)

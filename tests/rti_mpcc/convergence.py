@@ -24,7 +24,7 @@ class Findings:
         iterations: steps until they came to rest, None if they did not.
         contraction: mean ratio of one step to the one before.
         cost: J at the fixed point; slack: largest there [m].
-        stays: IPOPT, started at the fixed point, succeeded.
+        stays: IPOPT, started at the fixed point, succeeded; span_change: of the plan's length [s].
         cost_change: its cost minus J, over 1 + |J|.
         acceleration_change, steering_rate_change, progress_change: largest over the stages; progress only
             where a Frenet cost acts.
@@ -37,6 +37,7 @@ class Findings:
     cost: float
     slack: float
     stays: bool
+    span_change: float
     cost_change: float
     acceleration_change: float
     steering_rate_change: float
@@ -52,6 +53,7 @@ class Findings:
         assert self.iterations is not None, self
         assert self.stays, self
         assert abs(self.cost_change) <= CLOSE, self
+        assert abs(self.span_change) <= CLOSE, self
         assert self.acceleration_change <= CLOSE, self
         assert self.steering_rate_change <= CLOSE, self
         assert self.progress_change <= CLOSE, self
@@ -63,8 +65,9 @@ def examine(problem: FrozenProblem) -> Findings:
     """Iterate to the fixed point, then let IPOPT start there and from a second guess."""
     fixed = iterate(problem)
     program = NonlinearProgram(problem)
-    cost = program.cost(fixed.states, fixed.controls, fixed.slack)
-    stayed = program.solve(fixed.states, fixed.controls, fixed.slack, nearby=True)
+    reached = fixed.states, fixed.controls, fixed.slack, float(fixed.lengths.sum())
+    cost = program.cost(*reached)
+    stayed = program.solve(*reached, nearby=True)
     second = _from_elsewhere(problem, program, fixed)
     change = _change(problem, fixed, stayed)
     return Findings(
@@ -74,6 +77,7 @@ def examine(problem: FrozenProblem) -> Findings:
         cost=cost,
         slack=float(fixed.slack.max()),
         stays=stayed.success,
+        span_change=stayed.span - float(fixed.lengths.sum()),
         cost_change=(stayed.cost - cost) / (1.0 + abs(cost)),
         acceleration_change=change[A],
         steering_rate_change=change[DELTA_DOT],

@@ -22,11 +22,12 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
+from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import NO_ROWS, corridor_rows
+from rti_mpcc.ocp.end_time import FIXED_END, end_time
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
-from rti_mpcc.ocp.objectives import CONTOURING, StageWeights
+from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
 from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
@@ -50,7 +51,7 @@ from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 
-TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000)
+TIGHT = SolverSettings(tolerance=1e-7, max_iterations=500_000)
 """OSQP at 1e-8 needs up to 1e5 iterations where several pieces of the body touch one corner of a boundary."""
 
 AT_REST = 1e-5
@@ -171,7 +172,7 @@ class FrozenProblem:
 
     def build_pattern(self) -> QpPattern:
         pieces, sides = (0, 0) if self.planes is None else self.planes.offset.shape[1:]
-        return build_pattern(len(self.lengths), pieces, sides)
+        return build_pattern(len(self.lengths), pieces, sides, free_end=self.weights.time > 0.0)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
@@ -184,14 +185,36 @@ class FrozenProblem:
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted
             rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
+        end = FIXED_END
+        if self.weights.time > 0.0:
+            of_plan = states, controls, step.state, self.lengths
+            end = end_time(*of_plan, self.weights, wheelbase, config.comfort, latest=np.inf)
         fill(
-            values, pattern, cost, step, self.bounds, rows or NO_ROWS, states, controls, self.lengths,
+            values, pattern, cost, step, self.bounds, rows or NO_ROWS, end, states, controls, self.lengths,
             self.weights.slack, self.weights.scale, self.damping, IDLE_WEIGHT,
             ROW_SCALING_FROM, ROW_SCALING_MOST,
         )  # fmt: skip
         slots = values.cost, pattern.hessians, pattern.dynamics_rows
         fill_curvature(*slots, states, step.state, dual, 1.0)
         fill_initial(values, pattern, self.measured - states[0])
+
+    def stretched(self, change: float) -> FrozenProblem:
+        """The problem whose plans end later by so much [s]: all stages but the first are longer, and count as
+        much more."""
+        factor = np.full(len(self.lengths) + 1, 1.0 + change / float(self.lengths[1:].sum()))
+        factor[0] = 1.0
+        weights, beyond = self.weights, self.weights.comfort
+        weights = replace(
+            weights,
+            acceleration=weights.acceleration * factor[:-1],
+            steering_rate=weights.steering_rate * factor[:-1],
+            comfort=ComfortWeights(
+                beyond.acceleration * factor[:-1],
+                beyond.lateral_acceleration * factor,
+                beyond.steering_rate * factor[:-1],
+            ),
+        )
+        return replace(self, lengths=self.lengths * factor[:-1], weights=weights)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,6 +224,7 @@ class Iterates:
     states: Array
     controls: Array
     slack: Array
+    lengths: Array
     steps: tuple[float, ...]
 
     @property
@@ -242,6 +266,9 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
         change = result.primal * pattern.column_units
         states = states + change[pattern.state_columns]
         controls = controls + change[pattern.control_columns]
+        if problem.weights.time > 0.0:
+            before, problem = problem.lengths, problem.stretched(float(change[pattern.time_column[0]]))
+            controls[:, THETA_DOT] *= before / problem.lengths
         steps.append(_size(result, pattern, problem))
         if len(steps) >= 3 and max(steps[-2:]) < AT_REST:
             break
@@ -249,17 +276,19 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
         states=states,
         controls=controls,
         slack=np.maximum(change[pattern.slack_columns], 0.0),
+        lengths=problem.lengths,
         steps=tuple(steps),
     )
 
 
 def _size(result: QpSolution, pattern: QpPattern, problem: FrozenProblem) -> float:
-    """Largest change of a state or control in scaled units; progress only where a Frenet cost holds it."""
+    """Largest change, scaled, of states, controls and T; of progress only where a Frenet cost holds it."""
     states = np.abs(result.primal[pattern.state_columns])
     controls = np.abs(result.primal[pattern.control_columns])
     states[:, THETA] *= problem.weights.lag > 0.0
     controls[:, 2] *= problem.weights.lag[1:] > 0.0
-    return float(max(states.max(), controls.max()))
+    end = np.abs(result.primal[pattern.time_column]).max(initial=0.0)
+    return float(max(states.max(), controls.max(), end))
 
 
 @dataclass(kw_only=True)

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.paper.terms import PaperWeights
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
@@ -43,7 +44,8 @@ NEARBY = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Optimum:
-    """Where IPOPT ended: cost in the units of the weights, states (N+1, 6), controls (N, 3), slack (N,)."""
+    """Where IPOPT ended: cost in the units of the weights, states (N+1, 6), controls (N, 3), slack (N,), and
+    `span`, how long the plan is [s]."""
 
     success: bool
     status: str
@@ -52,33 +54,41 @@ class Optimum:
     states: Array
     controls: Array
     slack: Array
+    span: float
 
 
 class NonlinearProgram:
-    """Variables: states of stages 0..N, controls, slacks of stages 1..N, one after another."""
+    """Variables: states of stages 0..N, controls, slacks of stages 1..N, and how long the plan is, one after
+    another. Where the problem has no price on time its end is fixed."""
 
     def __init__(self, problem: FrozenProblem) -> None:
         self._problem = problem
         stages = len(problem.lengths)
         z, u, s = ca.SX.sym("z", STATES, stages + 1), ca.SX.sym("u", CONTROLS, stages), ca.SX.sym("s", stages)
-        self._variables = ca.veccat(z, u, s)
-        self._cost = _cost(problem, z, u, s)
+        span = ca.SX.sym("T")
+        # All stages but the first are stretched alike.
+        first, total = problem.lengths[0], problem.lengths.sum()
+        stretch = ca.vertcat(1.0, ca.repmat((span - first) / (total - first), stages, 1))
+        self._variables = ca.veccat(z, u, s, span)
+        self._cost = _cost(problem, z, u, s, stretch) + problem.weights.time * span
         self._evaluate = ca.Function("cost", [self._variables], [self._cost])
-        rows, self._rows_lower, self._rows_upper = _rows(problem, z, u, s)
+        rows, self._rows_lower, self._rows_upper = _rows(problem, z, u, s, stretch)
         self._rows = rows
         self._lower, self._upper = _bounds(problem)
 
-    def cost(self, states: Array, controls: Array, slack: Array) -> float:
-        """J of a trajectory, in the units of the weights."""
-        return float(self._evaluate(_stacked(states, controls, slack)))
+    def cost(self, states: Array, controls: Array, slack: Array, span: float | None = None) -> float:
+        """J of a trajectory that lasts `span` [s] (None: as the problem's plan), in the units of weights."""
+        return float(self._evaluate(_stacked(states, controls, slack, span or self._problem.lengths.sum())))
 
-    def solve(self, states: Array, controls: Array, slack: Array, *, nearby: bool) -> Optimum:
+    def solve(
+        self, states: Array, controls: Array, slack: Array, span: float | None = None, *, nearby: bool
+    ) -> Optimum:
         """IPOPT from a start; `nearby` keeps its first steps small."""
         options: dict[str, Any] = {"print_time": False, "ipopt": {**IPOPT, **(NEARBY if nearby else {})}}
         program = {"x": self._variables, "f": self._problem.weights.scale * self._cost, "g": self._rows}
         solver = ca.nlpsol("solver", "ipopt", program, options)
         answer = solver(
-            x0=_stacked(states, controls, slack),
+            x0=_stacked(states, controls, slack, span or self._problem.lengths.sum()),
             lbx=self._lower,
             ubx=self._upper,
             lbg=self._rows_lower,
@@ -87,7 +97,7 @@ class NonlinearProgram:
         found = np.array(answer["x"]).ravel()
         stages = len(self._problem.lengths)
         split = np.cumsum([STATES * (stages + 1), CONTROLS * stages])
-        z, u, s = np.split(found, split)
+        z, u, s = np.split(found[:-1], split)
         return Optimum(
             success=bool(solver.stats()["success"]),
             status=str(solver.stats()["return_status"]),
@@ -96,6 +106,7 @@ class NonlinearProgram:
             states=z.reshape(-1, STATES),
             controls=u.reshape(-1, CONTROLS),
             slack=s,
+            span=float(found[-1]),
         )
 
 
@@ -109,8 +120,8 @@ def roll_out(problem: FrozenProblem, controls: Array) -> Array:
     return np.array(states)
 
 
-def _stacked(states: Array, controls: Array, slack: Array) -> Array:
-    return np.concatenate([states.ravel(), controls.ravel(), slack])
+def _stacked(states: Array, controls: Array, slack: Array, span: float) -> Array:
+    return np.concatenate([states.ravel(), controls.ravel(), slack, [span]])
 
 
 def _rates(z: Any, u: Any, wheelbase: float) -> Any:
@@ -147,14 +158,16 @@ def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, An
     )
 
 
-def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
+def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any, stretch: Any) -> Any:
+    """What is counted over time counts in proportion to the length of its stage."""
     w, stages, comfort = problem.weights, len(problem.lengths), problem.config.comfort
     total: Any = w.slack * ca.sum1(s)
     for k in range(stages + 1):
         total += problem.nearing[k] * (z[THETA, k] - problem.states[k, THETA])
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         lateral = v**2 * tangent / problem.config.vehicle.wheelbase
-        total += w.comfort.lateral_acceleration[k] * _discomfort(lateral, comfort.lateral_acceleration)
+        on_lateral = stretch[k] * w.comfort.lateral_acceleration[k]
+        total += on_lateral * _discomfort(lateral, comfort.lateral_acceleration)
         if isinstance(w, PaperWeights):
             total += w.lateral_acceleration[k] * lateral**2
             for normal, offset, _ in _acting(problem.walls, k, sides=2):
@@ -168,10 +181,11 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
             total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
             total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
     for k in range(stages):
-        total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
-        total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
-        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration)
-        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
+        effort = w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
+        effort += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
+        effort += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration)
+        effort += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
+        total += stretch[k] * effort
     return total + _goal_cost(problem, z[:, stages])
 
 
@@ -209,12 +223,13 @@ def _acting(
     return [(normal, float(offset), point) for normal, offset, point in every if normal.any()]
 
 
-def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, Array]:
+def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any, stretch: Any) -> tuple[Any, Array, Array]:
     """Dynamics = 0, and acting half-planes with their slack >= 0."""
     config, stages = problem.config, len(problem.lengths)
     equal, above = [], []
     for k in range(stages):
-        equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], problem.lengths[k], config.vehicle.wheelbase))
+        h = stretch[k] * problem.lengths[k]
+        equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], h, config.vehicle.wheelbase))
         c, sine = ca.cos(z[PHI, k + 1]), ca.sin(z[PHI, k + 1])
         for normal, offset, point in _acting(problem.planes, k):
             x = z[X, k + 1] + c * point[0] - sine * point[1]
@@ -226,11 +241,12 @@ def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, A
 
 
 def _bounds(problem: FrozenProblem) -> tuple[Array, Array]:
-    stages, limits = len(problem.lengths), []
+    stages, limits, span = len(problem.lengths), [], problem.lengths.sum()
     for side, infinite in ((0, -np.inf), (1, np.inf)):
         z = np.full((stages + 1, STATES), infinite)
         z[0] = problem.measured
         z[1:, BOUNDED] = problem.bounds.states[:, side]
         slack = np.full(stages, 0.0 if side == 0 else np.inf)
-        limits.append(_stacked(z, problem.bounds.controls[:, side], slack))
+        ends = span if problem.weights.time == 0.0 else (LEAST_TIME, np.inf)[side]
+        limits.append(_stacked(z, problem.bounds.controls[:, side], slack, ends))
     return limits[0], limits[1]

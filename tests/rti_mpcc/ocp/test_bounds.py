@@ -6,7 +6,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import TURNING_SHARE, Change, StageBounds, stage_bounds
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
@@ -79,7 +79,7 @@ def test_bounds_are_of_what_acts() -> None:
 
 
 LENGTHS = np.append(0.05, np.full(69, 0.1))
-STRAIGHT = np.zeros(len(LENGTHS))
+STRAIGHT = np.zeros((len(LENGTHS), CONTROLS))
 
 
 def changing(before: float, speed: float, *, rests: bool = False) -> StageBounds:
@@ -137,7 +137,9 @@ def test_a_steering_rate_beyond_comfort_may_go_on_a_little_less_in_the_next_plan
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     turning = np.linspace(-0.9, 0.6, len(LENGTHS))
-    change = Change(0.0, np.full(len(LENGTHS), 0.5), turning, LENGTHS, pressed=False)
+    planned = STRAIGHT.copy()
+    planned[:, DELTA_DOT] = turning
+    change = Change(0.0, np.full(len(LENGTHS), 0.5), planned, LENGTHS, pressed=False)
     got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, DELTA_DOT]
     most = np.clip(TURNING_SHARE * np.abs(turning), 0.3, LIMITS.steering_rate)
     np.testing.assert_allclose(got, np.stack([-most, most], axis=1))

@@ -41,8 +41,8 @@ def test_an_open_progress_weight_has_its_best_at_the_cruise_speed() -> None:
 
 def test_an_arrival_holds_pose_and_speed_at_its_end_and_leaves_the_path() -> None:
     weights = Weights()
-    got = arrival_weights(weights, TARGET, np.full(70, 0.3), COMFORT)
-    np.testing.assert_allclose(got.goal, weights.arrival_pose)
+    got = arrival_weights(weights, TARGET, np.full(70, 0.3), COMFORT, EFFORT)
+    np.testing.assert_allclose(got.goal, weights.arrival_pose * np.array([1.0, 1.0, 10.0]))
     assert got.goal_speed == weights.arrival_speed
     assert got.goal_clipped
     for unused in (got.lag, got.contouring, got.heading, got.progress_reward, got.virtual_speed):
@@ -53,18 +53,20 @@ def test_an_arrival_holds_pose_and_speed_at_its_end_and_leaves_the_path() -> Non
 
 def test_the_wheels_count_where_the_target_has_an_angle_only() -> None:
     for wheels, share, counts in ((0.3, 1.0, 1.0), (0.0, 0.5, 0.5), (None, 1.0, 0.0)):
-        got = arrival_weights(Weights(), replace(TARGET, wheels=wheels, wheels_share=share), LENGTHS, COMFORT)
+        got = arrival_weights(
+            Weights(), replace(TARGET, wheels=wheels, wheels_share=share), LENGTHS, COMFORT, EFFORT
+        )
         assert got.goal_wheels == counts * Weights().arrival_wheels
 
 
 @pytest.mark.parametrize(
     "got",
     [
-        arrival_weights(Weights(), TARGET, LENGTHS, COMFORT),
+        arrival_weights(Weights(), TARGET, LENGTHS, COMFORT, EFFORT),
         contouring_weights(Weights(), LENGTHS, 5.0, EFFORT),
     ],
 )
 def test_the_slack_weight_exceeds_the_largest_pull(got: StageWeights) -> None:
     """Exactness of the penalty: the clipped goal's gradient and the progress reward together."""
     assert got.slack > 2.0 * got.goal[0] * 0.5
-    assert got.scale * max(got.lag.max(), got.goal.max()) == pytest.approx(1.0, rel=0.5)
+    assert got.scale * max(got.lag.max(), got.goal[:2].max()) == pytest.approx(1.0, rel=0.5)

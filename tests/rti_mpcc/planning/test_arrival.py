@@ -5,8 +5,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.planning.arrival import (
-    LEAST_TIME,
     WAITING_REACH,
     cubic_motion,
     peak_speed,
@@ -110,19 +110,3 @@ def test_where_any_speed_is_allowed_both_motions_are_the_one_of_least_energy(
     np.testing.assert_allclose(np.transpose(cubic_motion(elapsed, distance, speed)), expected, atol=1e-9)
     paced = profiled_motion(elapsed, distance, speed, COMFORT, np.full(800, 50.0))
     np.testing.assert_allclose(np.transpose(paced), expected, atol=0.02 * distance)
-
-
-# -- brisk rides ---------------------------------------------------------------------------------------------
-
-
-def test_a_brisk_ride_is_full_acceleration_and_full_braking_with_ramps_between() -> None:
-    assert time_to_go(25.0, 0.0, 0.4, LEAST, jerk=1.0, brisk=True) == pytest.approx(
-        2.0 * sqrt(25.0 / 0.4) + 0.4
-    )
-    # From 2 m/s: up to V, down to rest.
-    top = sqrt(0.4 * 25.0 + 0.5 * 2.0**2)
-    assert time_to_go(25.0, 2.0, 0.4, LEAST, jerk=1.0, brisk=True) == pytest.approx(
-        (2.0 * top - 2.0) / 0.4 + 0.4
-    )
-    # One that can only just brake does that.
-    assert time_to_go(5.0, 2.0, 0.4, LEAST, jerk=1.0, brisk=True) == pytest.approx(2.0 / 0.4 + 0.4)

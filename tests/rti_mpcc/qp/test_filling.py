@@ -11,6 +11,7 @@ from rti_mpcc.model.bicycle import ModelStep, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, NO_ROWS, CorridorRows
+from rti_mpcc.ocp.end_time import FIXED_END
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
@@ -69,7 +70,9 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
         linearised_step(states, controls, lengths, 2.875),
         lengths,
         StageBounds(
-            states=np.stack([lower[0], upper[0]], axis=1), controls=np.stack([lower[1], upper[1]], axis=1)
+            states=np.stack([lower[0], upper[0]], axis=1),
+            controls=np.stack([lower[1], upper[1]], axis=1),
+            by_time=np.zeros(N),
         ),
         CorridorRows(
             random.standard_normal((N, PIECES, SIDES, 3)), random.standard_normal((N, PIECES, SIDES))
@@ -85,7 +88,7 @@ def filled(
     scaling = ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
     linearised = parts.cost, parts.step, parts.bounds, parts.rows
     plan = parts.states, parts.controls, parts.lengths
-    fill(values, pattern, *linearised, *plan, SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling)
+    fill(values, pattern, *linearised, FIXED_END, *plan, SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling)
     fill_initial(values, pattern, parts.initial)
     return values
 
