@@ -74,7 +74,7 @@ _HELD_TIME = 1.0
 """So long a vehicle may stand although it is commanded to drive off before that counts as a slope [s]: as a
 parking brake takes to open."""
 _GAP = 1.0  # after so long without a measurement [s] nothing is learnt of the time in between
-DRIVES_OFF = 0.03
+DRIVES_OFF = 0.05
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
 SLOWER = 1e-3  # [m/s] by which a held vehicle is slower than predicted, at least: rounding does not decide
 
@@ -97,6 +97,7 @@ class DisturbanceEstimate:
         motion: measured last, or None.
         held_since: since when the vehicle is at rest although it should drive off [s], or None.
         free: what was known before that, or None.
+        unmoved: what was known when the measurement changed last, or None if it has just changed.
     """
 
     mean: Array
@@ -105,6 +106,7 @@ class DisturbanceEstimate:
     motion: Motion | None = None
     held_since: float | None = None
     free: DisturbanceEstimate | None = None
+    unmoved: DisturbanceEstimate | None = None
 
     @property
     def acceleration(self) -> float:
@@ -142,9 +144,10 @@ def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
     """After a measurement that is not believed: nothing is learnt until the second one that is.
 
-    What a vehicle that seemed to be held has taught is forgotten: its sensors may have stood instead.
+    What was learnt while the measurement stayed the same is forgotten: its sensors may have stood, not the
+    vehicle.
     """
-    known = estimate.free or estimate
+    known = estimate.unmoved or estimate
     return known if known.at is None else replace(known, at=None, held_since=None, free=None)
 
 
@@ -202,7 +205,8 @@ def updated(
     if not turns:
         _measured(mean, covariance, PHI, phi, config.heading_std)
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
-    return _estimate(mean, covariance, now, motion, since, free)
+    found = _estimate(mean, covariance, now, motion, since, free)
+    return replace(found, unmoved=estimate.unmoved or estimate) if motion == last else found
 
 
 def _seated(

@@ -149,6 +149,20 @@ def test_nothing_is_learnt_over_a_gap_or_a_doubt() -> None:
         assert after.mean[0] == -4.0
 
 
+@pytest.mark.parametrize("asked", [-0.04, -0.3])
+def test_what_a_standing_measurement_has_taught_is_forgotten_with_a_doubt(asked: float) -> None:
+    """Its sensors may have stood, not the vehicle: a slope of theirs would drive it off."""
+    before = estimates(Truth(d=0.3), 6.0, v=1.0, a=lambda _: -0.3)[-1]
+    estimate = updated(before, Motion(0.0, 0.0, 0.0), 8.0, 0.0, WHEELBASE, CONFIG)
+    known = estimate.acceleration
+    for k in range(1, 40):
+        estimate = updated(estimate, Motion(0.0, 0.0, 0.0), 8.0 + k * CYCLE, asked, WHEELBASE, CONFIG)
+    assert abs(estimate.acceleration - known) > 0.01
+    assert unseated(estimate).acceleration == known
+    moved = updated(estimate, Motion(0.01, 0.0, 0.0), 10.0, asked, WHEELBASE, CONFIG)
+    assert unseated(moved).acceleration == moved.acceleration
+
+
 def test_nothing_is_learnt_while_somebody_else_brakes() -> None:
     noise = np.random.default_rng(1)
     before = estimates(Truth(d=0.3), 6.0, v=2.0, a=lambda _: -0.3, noise=noise)[-1]
