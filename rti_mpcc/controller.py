@@ -137,7 +137,8 @@ class RtiMpcc:
             again: the same QP is resumed: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
-            first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can.
+            first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can,
+                unless the end is free.
         """
         started = perf_counter()
         config, wheelbase = self.config, self.config.vehicle.wheelbase

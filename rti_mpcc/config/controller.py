@@ -33,7 +33,7 @@ COMFORT_ACCELERATION = 0.4
 RAMP = 0.4
 """In which a vehicle comes from none to the comfort acceleration [s]."""
 BRISK_EFFORT = 0.04
-"""Share of the effort's weight in a brisk cruise: its time constant falls from 12 s to 2.4 s."""
+"""Share of the effort's weight in a brisk ride: the time constant of a cruise falls from 12 s to 2.4 s."""
 PLANNED_SHARE = 0.88  # of comfort, and of the speed in narrow places: the rest is for corrections
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
@@ -205,8 +205,8 @@ class ControllerConfig(Settings):
         return min(self.limits.speed, 0.5 * self.arrival_acceleration * self.arrival_horizon)
 
     @property
-    def cruise_effort(self) -> float:
-        """Weight on the squared acceleration of a cruise [s⁴/m²]: comfort bounds that of a brisk one."""
+    def effort(self) -> float:
+        """Weight on the squared acceleration [s⁴/m²]: comfort bounds that of a brisk ride."""
         return self.weights.acceleration * (BRISK_EFFORT if self.ride == "brisk" else 1.0)
 
     @property
@@ -232,11 +232,6 @@ class ControllerConfig(Settings):
         """
         along, across, turning = self.weights.arrival_comfort
         return (self.weights.comfort[0] if self.ride == "brisk" else along, across, turning)
-
-    @property
-    def arrival_effort(self) -> float:
-        """Weight on the squared acceleration of an arrival [s⁴/m²]: comfort bounds that of a brisk one."""
-        return self.cruise_effort
 
     @property
     def recovers(self) -> bool:

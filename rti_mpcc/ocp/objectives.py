@@ -151,7 +151,7 @@ class Contouring(HorizonObjective):
 
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """Weights that stay the same along the path, see `contouring_weights`."""
-        return contouring_weights(config.weights, lengths, config.cruise_speed, config.cruise_effort)
+        return contouring_weights(config.weights, lengths, config.cruise_speed, config.effort)
 
 
 CONTOURING = Contouring()
@@ -176,9 +176,8 @@ class ArrivalAtRest(HorizonObjective):
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """Weights on the pose and speed at the end, on effort, and on time, see `arrival_weights`."""
         pace = 0.0 if self.at is not None else config.arrival_acceleration
-        return arrival_weights(
-            config.weights, target, lengths, config.arrival_comfort, config.arrival_effort, pace
-        )
+        comfort, effort = config.arrival_comfort, config.effort
+        return arrival_weights(config.weights, target, lengths, comfort, effort, pace)
 
 
 def contouring_weights(weights: Weights, lengths: Array, cruise_speed: float, effort: float) -> StageWeights:

@@ -122,7 +122,7 @@ def _excess(value: float, weight: float, most: float) -> tuple[float, float, flo
 
 @inner
 def excess_cost(value: float, weight: float, most: float) -> float:
-    """(C4)."""
+    """What a value beyond `most` costs, (C4)."""
     clipped, excess, _ = _excess(value, weight, most)
     cost: float = clipped * excess * excess
     return cost

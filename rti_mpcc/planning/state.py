@@ -380,8 +380,8 @@ class ControllerState:
     @property
     def arrives_at(self) -> float | None:
         """When the driven plan arrives [s]; None while contouring."""
-        arrives = self.task.arrival is not None and self.plans.driven is not None
-        return float(self.plans.driven.times[-1]) if arrives and self.plans.driven is not None else None
+        plan = self.plans.driven
+        return None if self.task.arrival is None or plan is None else float(plan.times[-1])
 
     @property
     def on_planned_route(self) -> bool:

@@ -11,6 +11,7 @@ gamma (v - v² / (2 v_c)) - r a² with the feedback
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from math import atan, inf, sqrt, tanh
 from typing import NamedTuple
 
@@ -107,6 +108,7 @@ def config_for_docking_time(
         ConfigError: it cannot be done so fast within the limits on acceleration or speed, or not so slowly.
     """
 
+    @cache  # a plan of each part
     def time(factor: float) -> float:
         return expected_docking_time(path, scaled(config, factor), goal, corridor=corridor)
 
@@ -215,8 +217,10 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
         )
         solution = mpcc.feedback(state, 0.0, patience=FIRST_PATIENCE)
         before, ends = ends, float(solution.trajectory.times[-1])
-        if not solution.solved:  # once more from a clean start
-            guess, steps = solution.trajectory, RETRY
+        if not solution.solved:
+            if steps is RETRY:
+                break
+            guess, steps = solution.trajectory, RETRY  # once more from a clean start
         elif damping == DAMPING and abs(ends - before) < PLANNED_ACCURACY * ends:
             break
         else:
@@ -226,7 +230,7 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
 
 def _rise(config: ControllerConfig) -> float:
     """k of (T6) [1/s]. Raises ConfigError where it is none."""
-    weights, effort = config.weights, config.cruise_effort
+    weights, effort = config.weights, config.effort
     if not (weights.progress_reward > 0.0 and effort > 0.0):
         raise ConfigError(
             f"weights.progress_reward = {weights.progress_reward}, weights.acceleration = "

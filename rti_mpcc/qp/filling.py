@@ -77,8 +77,8 @@ def empty_values(pattern: QpPattern) -> QpValues:
     values.lower[pattern.slack_rows] = 0.0
     # The solver is told from the start which rows are equations, and which have bounds at all.
     values.lower[pattern.dynamics_rows] = values.upper[pattern.dynamics_rows] = 0.0
-    for rows_bounded in (pattern.bound_rows, pattern.time_row):
-        values.lower[rows_bounded], values.upper[rows_bounded] = -1.0, 1.0
+    values.lower[pattern.bound_rows], values.upper[pattern.bound_rows] = -1.0, 1.0
+    values.lower[pattern.time_row], values.upper[pattern.time_row] = -1.0, 1.0
     loose, relief = min(-LOOSE / ROW_SCALING_FROM, ROW_SCALING_MOST), pattern.half_planes[..., POSE]
     values.constraints[relief] = pattern.constraint_scale[relief] / loose
     values.row_scaling[pattern.corridor_rows], values.lower[pattern.corridor_rows] = loose, LOOSE / loose

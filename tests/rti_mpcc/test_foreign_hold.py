@@ -67,7 +67,7 @@ def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
     docked = {round(float(t), 2): c.docked for t, c in zip(ride.stamps, ride.commands, strict=True)}
     assert docked[24.9]
     assert not docked[25.1]
-    ended = "no longer docked: the vehicle is 0.25"
+    ended = "no longer docked: the vehicle is 0.251 m and 0.0 deg from the goal"
     (said,) = (k for k, c in enumerate(ride.commands) if "no longer docked" in c.diagnostics.reason)
     assert ride.commands[said - 1].docked
     assert not ride.commands[said].docked
