@@ -10,8 +10,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.tables import ROOT, command_line, replace_block
-from rti_mpcc.behaviour.transitions import Event
-from rti_mpcc.planning.state import Phase
+from rti_mpcc.course.transitions import Event
+from rti_mpcc.state import Phase
 from rti_mpcc.types import Reason
 
 PAGE = ROOT / "docs" / "behaviour.md"

@@ -24,9 +24,9 @@ from benchmarks.tables import (
     write_table,
 )
 from rti_mpcc import ControllerConfig
+from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
-from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
 from rti_mpcc.qp.pattern import BOUND_UNIT
 from rti_mpcc.qp.solver import COLD, FINE_ITERATIONS, FINE_TOLERANCE, WARM, Steps
@@ -125,11 +125,11 @@ def _steps(admm: Steps) -> str:
 def constant_rows() -> list[list[str]]:
     """Numbers of the method, read from the settings, or from where they act."""
     return [
-        ["damping from a first guess on", "`rti_mpcc.planning.search.FIRST_DAMPING`", f"{FIRST_DAMPING:g}"],
-        ["damping from cycle to cycle", "`rti_mpcc.planning.search.DAMPING`", f"{DAMPING:g}"],
+        ["damping from a first guess on", "`rti_mpcc.iteration.FIRST_DAMPING`", f"{FIRST_DAMPING:g}"],
+        ["damping from cycle to cycle", "`rti_mpcc.iteration.DAMPING`", f"{DAMPING:g}"],
         [
             "share of it that the next iteration has, until then",
-            "`rti_mpcc.planning.search.DAMPING_SHARE`",
+            "`rti_mpcc.iteration.DAMPING_SHARE`",
             f"{DAMPING_SHARE:g}",
         ],
         ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{CHANGE_WEIGHT:g}"],

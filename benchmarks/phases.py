@@ -21,13 +21,13 @@ import osqp
 
 STEP = "the rest of the cycle"
 PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("measurement", ("rti_mpcc.docking:validate_measurement",)),
+    ("measurement", ("rti_mpcc.world.perception:validate_measurement",)),
     ("projection", ("geometry.part:PathPart.project",)),
     (
         "context, arrival time",
         (
-            "rti_mpcc.planning.workspace:Workspaces.of",
-            "rti_mpcc.planning.workspace:Workspace.context",
+            "rti_mpcc.course.workspace:Workspaces.of",
+            "rti_mpcc.course.workspace:Workspace.context",
         ),
     ),
     ("shift of the last plan", ("rti_mpcc.controller:resample",)),
@@ -53,10 +53,10 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("OSQP solve", ("rti_mpcc.qp.solver:QpSolver.solve",)),
     ("extraction", ("rti_mpcc.controller:RtiMpcc._read",)),
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
-    ("check of the plan", ("rti_mpcc.planning.search:rejection_reason",)),
+    ("check of the plan", ("rti_mpcc.drive.search:rejection_reason",)),
     (
         "check of the body",
-        ("rti_mpcc.safety.collision_check:distance_to_contact", "rti_mpcc.safety.collision_check:overlap"),
+        ("rti_mpcc.course.collision_check:distance_to_contact", "rti_mpcc.course.collision_check:overlap"),
     ),
     ("command", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),

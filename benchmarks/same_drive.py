@@ -36,7 +36,7 @@ def names_of(command: Any) -> tuple[str, ...]:
 
 def scripted_clock(cycle: int) -> Any:
     """The decisions of a cycle about its deadline, by the cycle's number instead of the time."""
-    from rti_mpcc.planning.clock import TIME_IS_UP, Decisions, PlayedBack
+    from rti_mpcc.clock import TIME_IS_UP, Decisions, PlayedBack
     from rti_mpcc.qp.solver import Stop
 
     few = cycle % 7 == 3  # a cycle with one iteration

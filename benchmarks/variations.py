@@ -115,7 +115,7 @@ VARIATIONS = (
         "no damping (full Gauss-Newton steps)",
         "docking_full_course",
         settings=PATIENT,
-        patches={"rti_mpcc.planning.search.DAMPING": 0.0, "rti_mpcc.planning.search.FIRST_DAMPING": 0.0},
+        patches={"rti_mpcc.drive.search.DAMPING": 0.0, "rti_mpcc.drive.search.FIRST_DAMPING": 0.0},
         changes=SHORT,
     ),
     Variation(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.phases import PHASES, SolverCounts, counted, watched
 from rti_mpcc import DockingController, prepare_process
-from rti_mpcc.planning.clock import Decisions, PlayedBack
+from rti_mpcc.clock import Decisions, PlayedBack
 from rti_mpcc.recording import Cycle, Header, Inputs, Recorder, read_recording
 from rti_mpcc.recording.contents import core_of
 from rti_mpcc.simulation import docking_controller, load_scenario, simulate

@@ -44,12 +44,12 @@ from rti_mpcc.config import (
     Weights,
 )
 from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.course.docking_time import config_for_docking_time, expected_docking_time
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd, segments_of
-from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import (
     Command,

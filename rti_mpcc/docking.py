@@ -16,46 +16,44 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from estimation.goal_filter import CLOCK_SKEW
+from estimation import GoalMeasurement, Judgement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
-from geometry.angles import degrees_hint
 from geometry.validation import validated
-from rti_mpcc import course
-from rti_mpcc.behaviour.conditions import REPLAN_INTERVAL, may_change_direction
-from rti_mpcc.behaviour.transitions import (
+from rti_mpcc.clock import CycleClock
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course.blocked import on_course
+from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.route_start import OUT_OF_REACH
+from rti_mpcc.course.transitions import (
     Event,
     next_segment,
     restarted,
     transition_on,
-    with_goal,
-    with_goal_corrected,
     without_route,
 )
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.driving import driven
+from rti_mpcc.course.workspace import Workspace, Workspaces
+from rti_mpcc.drive import fallback, first_plan, holding, limiter
+from rti_mpcc.drive.command import ControlDecision, command, emergency, status_of
+from rti_mpcc.drive.driving import driven
+from rti_mpcc.drive.fallback import ControlInput
+from rti_mpcc.drive.limiter import sent
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked_manoeuvre, segments_of
 from rti_mpcc.model.actuators import Actuators
-from rti_mpcc.model.layout import PHI, STATES, X, Y
+from rti_mpcc.model.layout import STATES
 from rti_mpcc.orders import Follow, GoTo, Order, carried_out
-from rti_mpcc.planning import actuation, goal_setpoint, goals, sensing, validation
-from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.standstill import dock_speed, rest_speed
-from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task, disturbance_by
-from rti_mpcc.planning.surroundings import Surroundings, area_along
-from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.safety import fallback, holding, limiter
-from rti_mpcc.safety.decision import ControlDecision, command, emergency, status_of
-from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.limiter import sent
+from rti_mpcc.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
+from rti_mpcc.world import goal_setpoint
+from rti_mpcc.world.perception import Perception
+from rti_mpcc.world.standstill import dock_speed, rest_speed
+from rti_mpcc.world.surroundings import Surroundings, area_along
+from rti_mpcc.world.vehicle import predicted
 
 if TYPE_CHECKING:  # a controller that plans no route does without
-    from rti_mpcc.replanning import Replanner
+    from rti_mpcc.course.replanning import Replanner
     from rti_mpcc.route_planner.path_repair import PathChange
 
 _log = logging.getLogger(__name__)
@@ -104,7 +102,7 @@ class DockingController:
         around = Surroundings.of(corridor, path, config)
         replanner = None
         if area is not None:
-            from rti_mpcc.replanning import Replanner
+            from rti_mpcc.course.replanning import Replanner
 
             replanner = Replanner(area, config.changed(route=config.route.along_path()))
         task = Task(segments=self.segments or segments_of(path, config))
@@ -125,7 +123,7 @@ class DockingController:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
             config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
-        from rti_mpcc.replanning import Replanner, standing_route
+        from rti_mpcc.course.replanning import Replanner, standing_route
 
         self = cls.__new__(cls)
         config = config or ControllerConfig()
@@ -146,9 +144,7 @@ class DockingController:
         given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
         self.config, self.state, self._replanner = config, replace(state, vehicle=given), replanner
         self._workspaces = Workspaces(state, config)
-        # Made in any case: a first detection while driving must not wait for what the filter loads.
-        self._filter = GoalPoseFilter(config.goal_tracking.filter)
-        self._filtering = config.goal_tracking.required
+        self._perception = Perception(config)
         _log.info("%s", _proportions(config))
 
     @property
@@ -192,8 +188,8 @@ class DockingController:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_route and self.state.route else None
-        s = self._with_goal(replace(self.state, goal=known), end)
-        self.state = replace(s, goal=replace(s.goal, origin=GoalOrigin.PATH_END))
+        known = self._perception.with_goal(known, end)
+        self.state = replace(self.state, goal=replace(known, origin=GoalOrigin.PATH_END))
 
     @validated()
     def set_area(self, area: Area) -> None:
@@ -203,7 +199,7 @@ class DockingController:
         given to `step`.
 
         Args:
-            area: all of it; what differs by `rti_mpcc.planning.surroundings.MOVED` at most is no change.
+            area: all of it; what differs by `rti_mpcc.world.surroundings.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.
@@ -227,7 +223,7 @@ class DockingController:
         """Give an order, for the next step on. Raises InputError for a goal or manoeuvre without recovery."""
         self.state = carried_out(self.state, order, self._replanner)
         if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
-            self._filter.reset()
+            self._perception.forget_goal()
 
     def step(
         self,
@@ -256,7 +252,7 @@ class DockingController:
             state: measured at `now`.
             now: on any clock that does not stop [s].
             goal: pose to end in; None keeps the last one, first the path's last pose. One that is out of
-                reach is rejected (`planning.goals`): the reason says why, and the command is not `docked`
+                reach is rejected (`world.goals`): the reason says why, and the command is not `docked`
                 until that goal is reached, or another one is accepted. The vehicle continues to the previous
                 goal; without one it stands (`Status.GOAL_REJECTED`). With detections it is the planned goal,
                 until they tell it better; one farther than the tolerance from the first is another dock.
@@ -269,12 +265,11 @@ class DockingController:
         clock = clock or CycleClock(self.config.deadline)
         s = self.state
         try:
-            s, remarks = self._given(s, state, now, goal, obstacles)
-            s, detections, unfit = self._goal_located(s, measurements)
+            s, detections, remarks = self._known(s, state, now, goal, measurements, obstacles)
             s = self._on_route(s, clock)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
-            after, answer = self._sent(s, after, decision, context, clock, detections, (*remarks, unfit))
+            after, answer = self._sent(s, after, decision, context, clock, detections, remarks)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -288,93 +283,23 @@ class DockingController:
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _given(
+    def _known(
         self,
         s: ControllerState,
         measured: VehicleState,
         now: float,
         goal: Pose2 | None,
+        measurements: Sequence[GoalMeasurement],
         obstacles: Sequence[ArrayLike] | None,
-    ) -> tuple[ControllerState, tuple[str, ...]]:
-        """With the usable inputs, and remarks on the others."""
-        config, s = self.config, holding.not_dead_reckoned(s)
-        clock, clock_remark = validation.timed(s.clock, now, config)
-        area = validation.surroundings_in(s.area, obstacles, clock.now)
-        last = s.vehicle
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
-        records, actuators = actuation.compare_actuators(s, monitor, config)
-        corrected = ""
-        if actuators != last.actuators:
-            s, monitor, corrected = actuation.correct_actuators(s, monitor, records, actuators, config)
-        known = sensing.learnt(s, monitor, records[0], config)
-        monitor = monitor.doubting(area.unreadable, last.monitor)
-        hint = self._heading_hint(s, monitor)
-        vehicle = replace(
-            s.vehicle,
-            monitor=monitor,
-            offsets=known,
-            disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
-            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
-            heading_hint=hint,
-            records=records,
-            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
-        )
-        known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
-        s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
-        if another is not None:
-            s = self._with_goal(s, another)
-        return s, (clock_remark, hint, corrected, *sensing.sensor_remarks(monitor, known))
-
-    def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
-        """The remark on the first measured heading, as long as one as large is measured."""
-        state, measured = monitor.state, monitor.measured
-        hint = "" if measured is None else degrees_hint("heading", float(measured[PHI]))
-        if state is None or not hint:
-            return ""
-        if s.vehicle.monitor.state is not None:
-            return s.vehicle.heading_hint
-        if s.area.corridor.area is not None:
-            return hint
-        here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        part = s.path.parts[s.task.segment.index]
-        return goals.degrees_beside("heading", here, part)
-
-    def _with_goal(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
-        """With another planned goal; the detections of another dock start anew."""
-        dock = s.goal.dock
-        if goal and dock and goal.relative_to(dock).within(self.config.goal_tolerance):
-            return with_goal_corrected(s, goal)
-        self._filter.reset()
-        return with_goal(s, goal)
-
-    def _goal_located(
-        self, s: ControllerState, given: Sequence[GoalMeasurement]
-    ) -> tuple[ControllerState, tuple[Judgement, ...], str]:
-        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs."""
-        measurements, unfit = validation.measurements_in(given)
-        self._filtering = self._filtering or bool(measurements)
-        if not self._filtering:
-            refused = goal_setpoint.undetected(s.goal, (), unfit)
-            if refused != s.goal.undetected:
-                s = replace(s, goal=replace(s.goal, undetected=refused))
-            return s, (), unfit
+    ) -> tuple[ControllerState, tuple[Judgement, ...], tuple[str, ...]]:
+        """With what is known by the inputs of this cycle; judgements of detections, and remarks."""
+        s, task = holding.not_dead_reckoned(s), s.task
+        part, holds = s.path.parts[task.segment.index], task.hold is not None
+        perception, path = self._perception, s.path
+        s, remarks = perception.updated(s, measured, now, goal, obstacles, path=path, part=part, holds=holds)
         end = None if s.on_planned_route else s.path.end
-        self._filter.expect(goal_setpoint.prior(s.goal, end))
-        self._filter.predict(s.now)
-        judgements = []
-        for measurement in measurements:
-            # With its stamp on the controller's own clock, and the vehicle's pose then.
-            stamp = measurement.stamp + s.clock.offset
-            vehicle = measurement.vehicle or s.vehicle.poses.at(stamp, ahead=CLOCK_SKEW)
-            judgement = self._filter.update(replace(measurement, stamp=stamp, vehicle=vehicle))
-            judgements.append(replace(judgement, stamp=measurement.stamp))
-        estimate = self._filter.estimate(s.now)
-        fit = None
-        if estimate.pose is not None:
-            fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
-        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
-        goal = replace(goal, undetected=goal_setpoint.undetected(goal, judgements, unfit))
-        return replace(s, goal=goal), tuple(judgements), unfit
+        s, detections, unfit = perception.located(s, measurements, s.path, end)
+        return s, detections, (*remarks, unfit)
 
     # -- the route and its segment ------------------------------------------------------------------
 
@@ -398,7 +323,7 @@ class DockingController:
             s = self._targeted(next_segment(s))
             w = self._workspaces.of(s, clock)
             context = w.context(s)
-        after = course.on_course(s, context, w.config)
+        after = on_course(s, context, w.config)
         return after, context if after.task.stop is s.task.stop else w.context(after), w
 
     def _reachability_checked(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -406,7 +331,7 @@ class DockingController:
 
         If a first plan from there misses it, the vehicle replans.
         """
-        if not course.reachability_is_due(s, self.config):
+        if not first_plan.reachability_is_due(s, self.config):
             return s
         last = Task(segments=(s.task.segments[-1],))
         trial = self._targeted(replace(s, task=last, plans=Plans(), start_state=None))
@@ -414,9 +339,9 @@ class DockingController:
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
         w = replace(self._workspaces.of(trial, clock), start=start)
-        reaches = course.ends_at_goal(trial, w.context(trial), w)
+        reaches = first_plan.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
-        wanted = course.OUT_OF_REACH if reaches is False else s.route.request
+        wanted = OUT_OF_REACH if reaches is False else s.route.request
         return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
 
     def _targeted(self, s: ControllerState) -> ControllerState:
@@ -465,7 +390,7 @@ class DockingController:
         at, start = s.now + s.vehicle.dead_time, s.vehicle.monitor.state
         if start is not None:
             with suppress(Exception):  # the error may be in this: then the present estimate is used
-                start = sensing.predicted(s, at, config)
+                start = predicted(s, at, config)
         elif s.start_state is not None:
             start = s.start_state
         else:

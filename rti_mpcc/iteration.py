@@ -11,6 +11,11 @@ from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.qp.solver import AT_LIMIT, Stop
 from rti_mpcc.types import Array, Trajectory
 
+FIRST_PATIENCE = 10  # times the configured iterations of a QP, from a first guess on
+FIRST_DAMPING = 1e-2  # on the change, from a first guess on (docs/decisions/05-damping-and-curvature.md)
+DAMPING = 1e-4  # from cycle to cycle, once it has come down to that
+DAMPING_SHARE = 0.5  # of the last damping, until then
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Linearisation:

@@ -6,15 +6,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from geometry import Pose2
-from rti_mpcc.behaviour.transitions import Event, transition_on
+from rti_mpcc.course.transitions import Event, transition_on
 from rti_mpcc.errors import InputError
 from rti_mpcc.manoeuvre import Manoeuvre
-from rti_mpcc.planning.goals import NO_TERMS, GoalTerms
-from rti_mpcc.planning.state import ControllerState, GoalState
+from rti_mpcc.state import ControllerState
 from rti_mpcc.types import GoalOrigin
+from rti_mpcc.world.goals import NO_TERMS, GoalTerms
+from rti_mpcc.world.world import GoalState
 
 if TYPE_CHECKING:
-    from rti_mpcc.replanning import Replanner
+    from rti_mpcc.course.replanning import Replanner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,16 +15,16 @@ from estimation import GoalMeasurement, GoalStatus
 from geometry import InputError, Pose2
 from geometry.angles import degrees_hint
 from geometry.validation import validated
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
 from rti_mpcc.mission.start import start_step
-from rti_mpcc.planning import validation
-from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.mission_state import DockState, MissionState, PendingStep, StepRecord
-from rti_mpcc.planning.plausibility import FARTHEST, LARGEST_HEADING
-from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.mission_state import DockState, MissionState, PendingStep, StepRecord
+from rti_mpcc.state import ControllerState
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
+from rti_mpcc.world import inputs as validation
+from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
 """A body is moved with its dock where that is detected farther than this from it: longitudinal [m],

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from rti_mpcc.config import MissionSettings
 from rti_mpcc.mission.start import order_to_undock
+from rti_mpcc.mission_state import MissionState, PendingStep
 from rti_mpcc.orders import Order, Stand
-from rti_mpcc.planning.mission_state import MissionState, PendingStep
 from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status
 

@@ -12,17 +12,17 @@ import shapely
 
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import route_start
 from rti_mpcc.mission.straight import SPACING, straight_order
+from rti_mpcc.mission_state import DockState, MissionState, StepRecord
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.orders import GoTo, Order, Resume, Stand
-from rti_mpcc.planning import route_start
-from rti_mpcc.planning.goals import GoalTerms, Outline
-from rti_mpcc.planning.mission_state import DockState, MissionState, StepRecord
-from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.route_planner.arcs import merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
+from rti_mpcc.state import ControllerState, Phase
 from rti_mpcc.steps import Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Array
+from rti_mpcc.world.goals import GoalTerms, Outline
 
 _OUT_TOLERANCE = (0.2, 0.2, 0.1)  # at the end of an undocking: longitudinal [m], lateral [m], heading [rad]
 # Ends of an undocking, and the routes to them, in the order in which they are tried:

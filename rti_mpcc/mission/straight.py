@@ -20,8 +20,8 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
-from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.steps import Straight
+from rti_mpcc.world.goals import GoalTerms
 
 SPACING = 0.05
 """Distance of the poses on a straight move or a route out at which the clearance is checked [m]."""

@@ -24,11 +24,11 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.files import RECORDING, content, from_json
 from geometry.pose import unchecked_pose
 from geometry.settings import Settings
+from rti_mpcc.clock import Decisions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.planning.clock import Decisions
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.steps import AnyStep, DriveTo, Signal
 from rti_mpcc.types import Array, Command, Obstacle, VehicleState

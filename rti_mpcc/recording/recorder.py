@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement
 from geometry import Area, Pose2
 from geometry.pose import unchecked_pose
+from rti_mpcc.clock import CycleClock, PlayedBack
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.planning.clock import CycleClock, PlayedBack
 from rti_mpcc.qp.problem import dump_problem
 from rti_mpcc.recording.contents import (
     CHANGED,

@@ -16,10 +16,10 @@ from estimation import CharucoDetection, CharucoGoalDetector, Judgement
 from estimation.charuco import opencv
 from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.outline import outline_at
+from rti_mpcc.clock import PlayedBack
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.planning.clock import PlayedBack
-from rti_mpcc.planning.mission_state import StepRecord
+from rti_mpcc.mission_state import StepRecord
 from rti_mpcc.recording import read_recording
 from rti_mpcc.recording.contents import core_of
 from rti_mpcc.recording.recorder import run_cycle

@@ -113,7 +113,7 @@ def warnings_on_stderr(program: str) -> Iterator[None]:
     handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter(f"{program}: warning: %(message)s"))
     # The controller tells again what the check of the file has told with the file's name.
-    handler.addFilter(lambda record: record.name != "rti_mpcc.planning.surroundings")
+    handler.addFilter(lambda record: record.name != "rti_mpcc.world.surroundings")
     logger = logging.getLogger("rti_mpcc")
     logger.addHandler(handler)
     try:

@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.planning.mission_state import StepRecord
+from rti_mpcc.mission_state import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.sections.controller import built_step

@@ -19,7 +19,7 @@ from pydantic import Field
 from estimation import GoalMeasurement
 from geometry import Pose2
 from geometry.pose import unchecked_pose
-from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation.plant import SAME_TIME, PlantFault
 from rti_mpcc.simulation.sections.base import KeyProblem, Section

@@ -15,15 +15,15 @@ from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Corridor, Pose2, wrap
 from geometry.outline import shape_of
 from rti_mpcc.config import Comfort, Vehicle
+from rti_mpcc.course.docking_time import expected_docking_time
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_of, body_polygons, clearances
-from rti_mpcc.planning.surroundings import area_along
-from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
 from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spells, turning_points
 from rti_mpcc.types import Array, Source, Status
+from rti_mpcc.world.surroundings import area_along
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")  # figures of `summary` that differ from run to run
 _ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")

@@ -21,10 +21,9 @@ from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from rti_mpcc.config import ActuatorModel, ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.course.docking_time import config_for_docking_time
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.paper import with_method
-from rti_mpcc.planning.goals import checked_goal
-from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.route_planner.problem import BOX
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
@@ -48,6 +47,7 @@ from rti_mpcc.simulation.sections.controller import (
 )
 from rti_mpcc.simulation.sections.goal import GoalSection
 from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
+from rti_mpcc.world.goals import checked_goal
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"

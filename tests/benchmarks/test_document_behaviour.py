@@ -4,7 +4,7 @@ from pathlib import Path
 from shutil import copy
 
 from benchmarks import document_behaviour
-from rti_mpcc.behaviour.transitions import Event
+from rti_mpcc.course.transitions import Event
 
 
 def test_the_page_is_what_the_code_says(tmp_path: Path) -> None:

@@ -38,9 +38,12 @@ BEFORE_A_CYCLE = {
     "estimation/track.py": {"filterpy.kalman"},  # a filter is made: with each controller
     "geometry/area.py": {"geometry.map_file"},  # a map is read
     "geometry/interpolation.py": {"scipy.interpolate"},  # a path is drawn through points
-    "rti_mpcc/docking.py": {"rti_mpcc.replanning", "rti_mpcc.route_planner.path_repair"},  # one is made
+    "rti_mpcc/docking.py": {
+        "rti_mpcc.course.replanning",
+        "rti_mpcc.route_planner.path_repair",
+    },  # one is made
     "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
-    "rti_mpcc/planning/timing.py": {"scipy.optimize"},  # a configuration for a docking time is made
+    "rti_mpcc/course/docking_time.py": {"scipy.optimize"},  # a configuration for a docking time is made
 }
 """What functions of the packages import, and before which cycle that happens."""
 AROUND_A_CYCLE = ("rti_mpcc/simulation/", "rti_mpcc/report/", "rti_mpcc/cli/")

@@ -9,11 +9,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course.collision_check import stopping_distance
+from rti_mpcc.drive import fallback
+from rti_mpcc.drive.fallback import STOP_DISTANCE
+from rti_mpcc.drive.limiter import saturate
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.safety import fallback
-from rti_mpcc.safety.collision_check import stopping_distance
-from rti_mpcc.safety.fallback import STOP_DISTANCE
-from rti_mpcc.safety.limiter import saturate
 from rti_mpcc.types import Array, Source
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 

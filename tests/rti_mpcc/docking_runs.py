@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath, wrap
+from rti_mpcc.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.config import Vehicle
 from rti_mpcc.docking import DockingController
-from rti_mpcc.planning.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller

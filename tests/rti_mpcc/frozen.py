@@ -19,7 +19,8 @@ from geometry import Corridor, PathPart, PathReference, lift
 from geometry.contacts import Contacts
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.iteration import Linearisation, Solution
+from rti_mpcc.course import workspace
+from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V, X, Y
@@ -34,8 +35,6 @@ from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.paper import PaperObjective
 from rti_mpcc.paper.terms import AXLE, SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
-from rti_mpcc.planning import workspace
-from rti_mpcc.planning.search import DAMPING, DAMPING_SHARE
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,

@@ -12,7 +12,7 @@ import numpy as np
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, DockingMission, Source, VehicleState
-from rti_mpcc.planning.mission_state import StepRecord
+from rti_mpcc.mission_state import StepRecord
 from rti_mpcc.steps import AnyStep
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.yards import BRISK, DEAD_TIME, Drive, Driver

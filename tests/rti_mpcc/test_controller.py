@@ -9,6 +9,8 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.course.guess import arrival_guess, cruise_guess
+from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
@@ -16,8 +18,6 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.paper.objective import CartesianPose
-from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.planning.speed_profile import speed_profile_of
 from rti_mpcc.qp.solver import COLD
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.model_steps import step

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState

@@ -12,7 +12,7 @@ import pytest
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
-from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation import changed, docking_controller
 from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState

@@ -9,8 +9,8 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState
-from rti_mpcc.planning.plausibility import FROZEN_DISTANCE, FROZEN_SPEED, MODEL_MISMATCH
 from rti_mpcc.types import Reason
+from rti_mpcc.world.monitor import FROZEN_DISTANCE, FROZEN_SPEED, MODEL_MISMATCH
 from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()

@@ -9,8 +9,8 @@ import pytest
 
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
-from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.simulation.plant import PlantState
+from rti_mpcc.world.surroundings import GOAL_REACH
 from tests.rti_mpcc.events import PLACES, Ride
 from tests.rti_mpcc.yards import Driver, block
 

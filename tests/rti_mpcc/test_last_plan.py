@@ -8,9 +8,9 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, Source
-from rti_mpcc.planning.clock import Decisions, PlayedBack
+from rti_mpcc.clock import Decisions, PlayedBack
+from rti_mpcc.drive.fallback import PLAN_LIFE, PLAN_OFFSET
 from rti_mpcc.qp.solver import Stop
-from rti_mpcc.safety.fallback import PLAN_LIFE, PLAN_OFFSET
 from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()

@@ -23,12 +23,12 @@ LAYERS = (
     "steps",
     "paper",
     "route_planner",
-    "planning",
-    "behaviour",
-    "safety",
+    "clock",
+    "mission_state",
+    "world",
+    "state",
     "course",
-    "driving",
-    "replanning",
+    "drive",
     "orders",
     "docking",
     "mission",
@@ -93,7 +93,9 @@ def may_import(importer: str, target: str) -> bool:
         return False
     if target == "estimation":
         # Settings and values name what it estimates; the optimal control problem knows no detections.
-        return importer in ("config", "types") or (importer == "steps" or RANK[importer] >= RANK["planning"])
+        return importer in ("config", "types") or (
+            importer == "steps" or RANK[importer] >= RANK["mission_state"]
+        )
     if importer in FOUNDATION:
         return target in FOUNDATION
     return RANK[target] <= RANK[importer]
@@ -152,7 +154,7 @@ def test_a_library_is_imported_in_its_place_only(library: str, where: str) -> No
         ("rti_mpcc/model/bicycle.py", "from ..ocp.layout import X"),
         ("rti_mpcc/qp/door.py", "def late():\n    import rti_mpcc.controller"),
         (
-            "rti_mpcc/planning/route_start.py",
+            "rti_mpcc/course/route_start.py",
             "from importlib import import_module\nimport_module('rti_mpcc.docking')",
         ),
         ("rti_mpcc/ocp/objectives.py", "from estimation import GoalEstimate"),

@@ -12,7 +12,7 @@ import shapely
 from estimation import GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState
-from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array

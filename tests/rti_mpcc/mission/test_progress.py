@@ -19,8 +19,8 @@ from rti_mpcc.mission.progress import (
     end_mission,
     judge_step,
 )
+from rti_mpcc.mission_state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.orders import GoTo, Stand
-from rti_mpcc.planning.mission_state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status, VehicleState
 from tests.rti_mpcc.yards import BRISK, YARD

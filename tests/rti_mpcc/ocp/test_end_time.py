@@ -10,14 +10,14 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Ride
 from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.course.guess import arrival_guess
+from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.model.bicycle import linearised_step, rollout
 from rti_mpcc.model.layout import A, V
 from rti_mpcc.ocp.end_time import LEAST_TIME, EndTime, end_time
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, StageWeights, arrival_weights
 from rti_mpcc.ocp.targets import path_end
-from rti_mpcc.planning.guess import arrival_guess
-from rti_mpcc.planning.speed_profile import speed_profile_of
 from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig()

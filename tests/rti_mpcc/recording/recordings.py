@@ -12,8 +12,8 @@ import numpy as np
 
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController
-from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.qp.solver import SLICE_ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.contents import from_line, to_line

@@ -10,8 +10,8 @@ import pytest
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, PathChange, repaired_path
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
+from rti_mpcc.world.surroundings import area_along
 
 CONFIG = ControllerConfig()
 OPEN = Area(boundary=[(-50.0, -50.0), (80.0, -50.0), (80.0, 80.0), (-50.0, 80.0)])

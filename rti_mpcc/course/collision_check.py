@@ -1,0 +1,310 @@
+"""Exact checks of the body: what it overlaps, and how far along a plan it stays clear.
+
+A body is clear if it is farther than `Clearance.least` from all static obstacles, and from boundaries less
+`CONTACT_TOLERANCE`, since measurements are noisy. A plan that starts nearer than twice that distance may
+come nearer by half of what there is, to swing the other end of the body out, but must not touch anything.
+The next motion of an obstacle with outline O and velocity v_o is not known:
+
+(S1)  dist(body(t), hull(O, O + v_o t)) > d_min,  dist(edge(t), hull(O, O + v_o t)) > d_min + |v_o| t_stop,
+      t_stop = dead time + cycle + |v| / a_max
+
+for all times t of the plan: the obstacle may continue or stop, and near the leading edge of the body it may
+turn into any direction while the vehicle needs t_stop to stand. One that turns about its middle covers more
+by its radius times the angle, and at most by twice its radius.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import ceil, cos, inf, sin
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from geometry import Area
+from geometry.compiled import Array1, Array2, IndexOut1, kernel
+from geometry.convex import VALUE, WITNESS, distance_between, swept
+from geometry.outline import shape_of
+from geometry.shape_grid import in_frame
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.route_start import CHECK_SPACING
+from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
+from rti_mpcc.model.layout import PHI, POSE, V, X, Y
+from rti_mpcc.ocp.horizon import distances, states_at
+from rti_mpcc.state import ControllerState
+from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.world.monitor import by_commands
+from rti_mpcc.world.surroundings import Surroundings, TrackedObstacle
+
+STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
+SWING_CLEARANCE = 0.33  # of the body's width, left to swing out past what blocks the route
+CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
+OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
+
+MOST_BODIES = 5_000  # checked along a plan: a kilometre, so that no plan makes a cycle long
+
+
+class Overlap(NamedTuple):
+    """What a body overlaps: how deep [m], what it is, and where (x, y) [m]."""
+
+    depth: float
+    what: str
+    where: tuple[float, float]
+
+    def __str__(self) -> str:
+        x, y = self.where
+        return f"the body overlaps {self.what} by {self.depth:.2f} m at ({x:.2f}, {y:.2f})"
+
+
+def overlap_now(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
+    """What the body overlaps, at its estimated state now or until the command starts to act."""
+    estimate = s.vehicle.monitor.state
+    if estimate is None:
+        return None
+    half = s.now + 0.5 * s.vehicle.dead_time
+    middle = by_commands(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
+    return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, config)
+
+
+def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
+    """What the bodies at `states` (n, 6) overlap most; boundaries count from `CONTACT_TOLERANCE` on."""
+    apart = clearances(states, surroundings.known, part, config.vehicle, config.clearance.least)
+    if not np.count_nonzero(apart < 0.0):
+        return None
+    depths = -apart
+    depths[depths[:, 0] <= CONTACT_TOLERANCE, 0] = 0.0
+    depth = depths.max(axis=1)
+    deepest = int(np.argmax(depth))
+    if depth[deepest] <= 0.0:
+        return None
+    met = nearest_object(states[deepest, :POSE], surroundings, part, config, within=0.0)
+    return Overlap(float(depth[deepest]), *met)
+
+
+def clear_distance(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
+) -> float:
+    """Distance along a plan to the first body that is not clear of something [m], or inf."""
+    moving = distance_to_moving(s, plan, config, reach, later)
+    return min(moving, distance_to_contact(s, plan, config, reach, config.clearance.least))
+
+
+def distance_to_contact(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
+) -> float:
+    """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
+    marks, states = bodies_along(plan, config, reach)
+    # At the start of the plan distances up to twice the least one count.
+    apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
+    below = (apart < _least(apart[0], least)).any(axis=1)
+    return float(marks[np.argmax(below)]) if below.any() else inf
+
+
+def _least(begins: Array, least: float) -> Array:
+    """Clearances (1 + obstacles,) [m] that a plan keeps which `begins` with these [m]."""
+    kept = np.full(len(begins), least)
+    kept[0] = max(least - CONTACT_TOLERANCE, 0.0)
+    nearer = np.minimum(np.maximum(begins - kept, 0.0), kept)
+    return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
+
+
+def first_blocked(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:
+    """The first of the bodies at `states` (n, 6) that touches a static obstacle, or None.
+
+    In another area than that of the route, what is solid there counts, too.
+    """
+    apart = _distances(s, states, config, config.clearance.least)
+    blocked = (apart[:, 1:] <= 0.0).any(axis=1)
+    if s.area.replaced:
+        blocked |= apart[:, 0] <= -CONTACT_TOLERANCE
+    return int(np.argmax(blocked)) if blocked.any() else None
+
+
+def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:
+    """Signed distances (n, 1 + k) [m] of the bodies at `states` (n, >= 3) to boundaries and k obstacles."""
+    poses, part = np.ascontiguousarray(states[:, :POSE]), s.task.segment.index
+    return s.area.corridor.signed_distances(part, body_of(config.vehicle), poses, within)
+
+
+def distance_to_moving(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
+) -> float:
+    """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
+    if not s.area.moving:
+        return inf
+    marks, states = bodies_along(plan, config, reach)
+    ahead = s.now - s.area.given_at + later
+    elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
+    stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
+    body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
+    for obstacle in s.area.moving:
+        turning = obstacle.turning
+        apart = np.minimum(turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
+        ahead_apart = apart + (obstacle.speed + turning) * stop
+        _may_collide(body, states, obstacle.hull, obstacle.velocity, elapsed, apart, ahead_apart, near)
+    return float(marks[np.argmax(near)]) if near.any() else inf
+
+
+@kernel
+def _may_collide(
+    body: Array2,
+    states: Array2,
+    hull: Array2,
+    velocity: Array1,
+    elapsed: Array1,
+    least: Array1,
+    ahead: Array1,
+    near: IndexOut1,
+) -> None:
+    """Equation (S1): set `near` (n,) to 1 where one of the bodies at `states` (n, 6) may meet it: nearer than
+    `least` (n,), or its leading edge nearer than `ahead` (n,) [m]."""
+    covered, seen = np.empty((len(hull) + 2, 2)), np.empty((len(hull) + 2, 2))
+    edge, witness = np.empty((2, 2)), np.empty(WITNESS)
+    for n in range(len(states)):
+        count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
+        c, s = cos(states[n, PHI]), sin(states[n, PHI])
+        in_frame(covered, 0, count, states[n, X], states[n, Y], c, s, seen)
+        distance_between(body, 0, len(body), seen, 0, count, inf, witness)
+        if witness[VALUE] <= least[n]:
+            near[n] = 1
+        # The leading edge: corners 1 and 2 are those at the front.
+        first = 1 if states[n, V] >= 0.0 else 3
+        for j in range(2):
+            k = (first + j) % len(body)
+            edge[j, 0], edge[j, 1] = body[k, 0], body[k, 1]
+        distance_between(edge, 0, 2, seen, 0, count, inf, witness)
+        if witness[VALUE] <= ahead[n]:
+            near[n] = 1
+
+
+def object_ahead(
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
+) -> NearObject:
+    """What a plan meets after `distance` [m]."""
+    times = _times(plan, np.array([distance]))
+    (state,) = states_at(plan, times, config.vehicle.wheelbase)
+    ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
+    return nearest_object(state, s.area, s.task.segment.index, config, ahead)
+
+
+def bodies_along(plan: Trajectory, config: ControllerConfig, reach: float = inf) -> tuple[Array, Array]:
+    """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
+    spacing = CHECK_SPACING
+    end = min(reach, float(distances(plan.states)[-1]), MOST_BODIES * spacing)
+    count = max(ceil(end / spacing), 1)
+    marks = np.arange(count + 1.0) * (end / count)
+    return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
+
+
+def _times(plan: Trajectory, marks: Array) -> Array:
+    """When (n,) [s] the plan comes to the distances `marks` (n,) [m]."""
+    driven = np.append(0.0, distances(plan.states))
+    end = int(np.searchsorted(driven, driven[-1] - 1e-9)) + 1  # it stands from there on
+    return np.interp(marks, driven[:end], plan.times[:end])
+
+
+def stop_clearance(config: ControllerConfig) -> float:
+    """Distance that a planned stop keeps from what blocks the route [m], with room to swing out past it."""
+    return SWING_CLEARANCE * config.vehicle.width + config.clearance.wanted + CHECK_SPACING
+
+
+def stopping_distance(speed: float, config: ControllerConfig) -> float:
+    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on."""
+    in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
+    return (1.0 + STOP_SHARE) * in_comfort + stop_clearance(config)
+
+
+# -- the name and place of what a body meets, for the reasons of a command --------------------------------
+
+NEAR = 1.0  # [m]; what is farther from a body is not met by it
+MOST_NAMED = 100  # obstacles of an area; with more it is a map, and the number of a rectangle says nothing
+
+
+class NearObject(NamedTuple):
+    """What a body meets, and where (x, y) [m]."""
+
+    what: str
+    where: tuple[float, float]
+
+    def __str__(self) -> str:
+        x, y = self.where
+        return f"{self.what} at ({x:.2f}, {y:.2f})"
+
+
+class _Near(NamedTuple):
+    """Something near a body: how far it is in effect [m], its name and its shape."""
+
+    apart: float
+    what: str
+    shape: shapely.Geometry
+
+
+def nearest_object(
+    state: Array,
+    surroundings: Surroundings,
+    part: int,
+    config: ControllerConfig,
+    ahead: float = 0.0,
+    within: float = NEAR,
+) -> NearObject:
+    """What a body overlaps, or else what is nearest to it.
+
+    Args:
+        state: (>= 3,) x, y, phi of the body, and v if it has six entries.
+        ahead: time from when the obstacles were given [s], over which they may move.
+        within: farthest distance of what is named [m].
+    """
+    body = shapely.Polygon(body_polygons(state[None], config.vehicle)[0])
+    speed = abs(float(state[V])) if len(state) > V else 0.0
+    stop = config.dead_time + config.cycle + speed / config.limits.acceleration
+    near = [_obstacle(each, body, ahead, stop) for each in surroundings.obstacles]
+    for name, lines in zip(("left", "right"), surroundings.known.lines(part), strict=True):
+        shapes = map(shapely.LineString, lines)
+        near += [_Near(body.distance(line), f"the {name} boundary", line) for line in shapes]
+    if surroundings.known.area is not None:
+        near += _solid_near(body, surroundings.known.area)
+    nearest = min(near, key=lambda each: each.apart, default=None)
+    if nearest is None or nearest.apart > within:
+        return NearObject("what lies beyond a boundary", (body.centroid.x, body.centroid.y))
+    overlap = body.intersection(nearest.shape)
+    if not overlap.is_empty:
+        return NearObject(nearest.what, (overlap.centroid.x, overlap.centroid.y))
+    (x, y), _ = shapely.shortest_line(nearest.shape, body).coords
+    return NearObject(nearest.what, (x, y))
+
+
+def _obstacle(obstacle: TrackedObstacle, body: shapely.Polygon, ahead: float, stop: float) -> _Near:
+    """An obstacle; one that moves is met as far before it as it gets while the vehicle stops, Eq. (S1)."""
+    shape, name = obstacle.shape, obstacle.name or f"obstacles[{obstacle.index}]"
+    if not obstacle.moves:
+        return _Near(body.distance(shape), name, shape)
+    moved = shapely.transform(shape, lambda corners: corners + ahead * obstacle.velocity)
+    covered = shapely.convex_hull(shapely.union_all([shape, moved]))
+    return _Near(body.distance(covered) - stop * (obstacle.speed + obstacle.turning), name, covered)
+
+
+def _solid_near(body: shapely.Polygon, area: Area) -> Iterator[_Near]:
+    """The convex pieces of an area's obstacles near a body."""
+    middle, around = body.centroid, shapely.get_coordinates(body)
+    reach = NEAR + float(np.hypot(*(around - (middle.x, middle.y)).T).max())
+    circles, starts = area.grid.circles, area.grid.starts
+    apart = np.hypot(circles[:, 0] - middle.x, circles[:, 1] - middle.y) - circles[:, 2]
+    for k in np.flatnonzero(apart <= reach).tolist():
+        corners = area.grid.corners[starts[k] : starts[k + 1]]
+        piece = shape_of(corners)
+        if (far := body.distance(piece)) <= NEAR:
+            yield _Near(far, _name_in(area, corners), piece)
+
+
+def _name_in(area: Area, corners: Array) -> str:
+    """The name of what a convex piece with these corners (m, 2) belongs to: they are corners of that."""
+    if len(area.obstacles) <= MOST_NAMED:
+        for k, ring in enumerate(area.obstacles):
+            if (corners[:, None] == ring).all(axis=2).any(axis=1).all():
+                return f"area.obstacles[{k}]"
+    inside = shape_of(corners).centroid
+    beyond = area.boundary is not None and not shapely.Polygon(area.boundary).intersects(inside)
+    return "the area's boundary" if beyond else "an obstacle of the area"

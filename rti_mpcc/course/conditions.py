@@ -1,0 +1,237 @@
+"""When the vehicle passes from one phase to another.
+
+The first line of the docstring of a condition is the text of its event.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.model.layout import V
+from rti_mpcc.ocp.bounds import PASSED_DISTANCE
+from rti_mpcc.state import ControllerState, Hold, Phase
+from rti_mpcc.world import goal_setpoint, standstill
+
+STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
+TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion on its route
+OVERDUE_TIME = 4.0  # [s] beyond LEAST_TIME: the arrival comes no nearer, even if noise hides a standstill
+OUTSIDE_TIME = 0.3  # [s] just outside the tolerance, after which a vehicle that holds is outside,
+OUTSIDE_SHARE = 2.0  # or beyond this times the tolerance
+MOVED_SHARE = 1.0 / 3.0  # of the tolerance, by which a docked vehicle or its dock has moved if it is outside
+SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; a stalled vehicle sees no move
+DUE_SHARE = 0.8  # of the tolerance, for a braked stop that ends an arrival that is due
+SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
+DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
+CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
+REPLAN_INTERVAL = 0.5  # [s] between two searches for a plan, at least
+STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the standoff waits there [m]
+GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it failed, looks less often
+
+# -- asked in every cycle -------------------------------------------------------------------------------
+
+
+def will_stop_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It will stop outside the tolerance: the target has moved away."""
+    return not s.is_stationary and not context.inside(context.stop_error)
+
+
+def stands_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It stands outside the tolerance, by far or for a while: noise may show it there for a moment."""
+    since = s.task.outside_since
+    if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
+        return False
+    hold, error = s.task.hold, context.error
+    if hold is not None and hold.docked is None:
+        return context.now - since >= OUTSIDE_TIME
+    noise = 0.0 if hold is None else standstill.NOISE * s.vehicle.motion.noise[0]
+    far = not context.inside(error, OUTSIDE_SHARE) and hypot(error.x, error.y) >= noise
+    return context.now - since >= OUTSIDE_TIME or far
+
+
+def stands_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It stands inside the tolerance."""
+    return s.is_stationary and context.inside(context.standing_error)
+
+
+def stands_well_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It stands well inside the tolerance: noise does not show it outside."""
+    return s.is_stationary and context.inside(context.standing_error, SETTLE_SHARE)
+
+
+def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It has come to rest and is not measured outside the tolerance."""
+    return s.is_stationary and s.task.outside_since is None
+
+
+def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It has passed its target, or will although it brakes, by more than an arrival can come back."""
+    if not (config.arrival and s.task.segment.objective.arrives and context.free):
+        return False
+    if s.task.phase is Phase.STARTING and s.is_stationary:
+        return False  # it replans at once
+    left = context.along - context.speed**2 / (2.0 * config.firm_deceleration)
+    return left < -PASSED_DISTANCE
+
+
+def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """The target has moved since the vehicle stalled, and is not behind it."""
+    stalled_at = s.task.stalled_at
+    if passes_target(s, context, config):
+        return False
+    return stalled_at is None or not context.within(
+        context.target.pose.relative_to(stalled_at[0]), SETTLE_SHARE
+    )
+
+
+def surroundings_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """The static obstacles have changed since it stalled, and it has stood there for a while."""
+    stalled_at = s.task.stalled_at
+    changed = stalled_at is not None and stalled_at[1] != s.area.changes
+    return changed and s.vehicle.is_stationary(context.now, GIVE_UP_TIME)
+
+
+def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Braking in comfort from here, it stops inside the tolerance."""
+    stopping, due = context.speed <= SETTLE_TIME * config.comfort_acceleration, arrives_now(s, context)
+    share = DUE_SHARE if due else SETTLE_SHARE
+    share = 1.0 if overdue(s, context) or (due and s.is_stationary) else share
+    return stopping and context.inside(context.stop_error, share)
+
+
+def stuck_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It gets no nearer, and is inside the tolerance, or at a stop in front of something."""
+    enough = not context.free or (s.is_stationary and context.inside(context.error))
+    return enough and no_progress(s, context, config)
+
+
+def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
+    there = context.free and not context.ends_at_goal and _near(context, config)
+    if there and s.task.segment.dwell > 0.0 and s.is_stationary:
+        return False  # it waits for its dwell, near enough to the end of this segment
+    return overdue(s, context) or _stuck(s, context, config)
+
+
+def plan_misses(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Its arrival is due, and its plan ends outside the tolerance."""
+    plan = s.plans.driven
+    if s.route is None or s.route.fixed or plan is None or not (context.free and arrives_now(s, context)):
+        return False
+    return not (context.reached_by(plan) or context.inside(context.stop_error))
+
+
+# -- others ---------------------------------------------------------------------------------------------
+
+
+def arrives_now(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether the planned arrival is due: it has had its shortest time to go for a moment."""
+    since = None if s.task.arrival is None else s.task.arrival.overdue_since
+    return since is not None and context.now - since >= DUE_TIME
+
+
+def overdue(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether the planned arrival should have been long ago."""
+    since = None if s.task.arrival is None else s.task.arrival.overdue_since
+    return since is not None and context.now - since >= OVERDUE_TIME
+
+
+def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
+    """Since when the vehicle stands [s], or None.
+
+    By its poses, too, if its speed has just changed otherwise than expected, as in a sensor's dead band.
+    """
+    speeds = context.measured_speed, float(context.state[V])
+    motion, stood = s.vehicle.motion, s.vehicle.standing_since
+    docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
+    least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
+    since = standstill.update_standing(stood, speeds, context.now, least)
+    if since is None or stood is not None or motion.unexplained() <= standstill.moving_speed(config):
+        return since
+    by_poses = motion.speed_beyond_noise(standstill.FEWEST * config.cycle)
+    return standstill.update_standing(None, (by_poses,), context.now, least)
+
+
+def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
+    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
+    task = s.task
+    if task.hold is not None:
+        away = _is_away(task.hold, context, config)
+        return (context.now if task.outside_since is None else task.outside_since) if away else None
+    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
+        return task.outside_since
+    near = context.inside(context.error, OUTSIDE_SHARE)
+    if not context.free or (near and context.inside(context.standing_error)):
+        return None
+    return context.now if task.outside_since is None else task.outside_since
+
+
+def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle that is held is outside the tolerance.
+
+    Once docked, it or the dock must have moved: noise is no motion.
+    Before, a drive that lags may swing along its axis by `OUTSIDE_SHARE`, or by the least clearance.
+    """
+    error, mean = context.error, context.standing_error
+    if hold.docked is None:
+        length, across, turned = context.tolerance
+        swing = max(OUTSIDE_SHARE * length, config.clearance.least)
+        return abs(error.x) > swing or abs(error.y) > across or abs(error.phi) > turned
+    before = hold.docked
+    since = Pose2(mean.x - before.x, mean.y - before.y, mean.phi - before.phi)
+    moved = not context.inside(mean) and not context.within(since, MOVED_SHARE)
+    return moved or not context.inside(error, OUTSIDE_SHARE)
+
+
+def replan_due(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether a vehicle without a plan, or a cruise without an arrival, looks for one in this cycle."""
+    last_attempt = s.task.last_attempt
+    if s.plans.suspended is not None:
+        return True
+    return last_attempt is None or not 0.0 <= context.now - last_attempt < REPLAN_INTERVAL
+
+
+def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the next segment may start: at rest at the end of this one for its dwell, or long near it."""
+    dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
+    if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
+        return False
+    if abs(context.measured_speed) > standstill.rest_speed(config):
+        return False
+    if context.inside(context.error):
+        return True
+    if s.on_planned_route:
+        return False
+    long = s.vehicle.is_stationary(context.now, max(STANDSTILL_TIME, dwell))
+    return long and _near(context, config)
+
+
+def _near(context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the target, a cusp, is near enough to go on from."""
+    return hypot(context.error.x, context.error.y) <= CUSP_REACH * config.size
+
+
+def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the vehicle stands for good: an arrival may start slowly, and a halting vehicle waits."""
+    task = s.task
+    long = STANDSTILL_TIME if task.objective.along_path else TURNING_TIME
+    if task.arrival is not None and task.arrival.overdue_since is None:
+        # It begins as slowly as its comfort has it.
+        long = TURNING_TIME + standstill.moving_speed(config) / config.arrival_acceleration
+    standing = s.vehicle.is_stationary(context.now, long)
+    return standing and task.yielding is None and context.now - task.driving_since > STANDSTILL_TIME
+
+
+def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
+    """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
+    if s.is_stationary and goal_setpoint.waits_for_dock(s.goal, config):
+        return goal_setpoint.doubt(s, s.arrives_at, config)
+    if not (context.ends_at_goal and context.free):
+        return ""
+    brake = context.speed**2 / (2.0 * config.comfort_acceleration)
+    tracking = config.goal_tracking
+    if not s.goal.waiting and context.distance > tracking.standoff + max(brake, STANDOFF_TOLERANCE):
+        return ""
+    return goal_setpoint.doubt(s, s.arrives_at, config)

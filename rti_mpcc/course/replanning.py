@@ -1,0 +1,348 @@
+"""When the vehicle replans, slice by slice beside the control.
+
+A vehicle that is blocked asks for another route in the known area: the given one, or all parts of the
+corridor along its path, with their open ends. In an area it stands meanwhile on a route of no length; on a
+given path it stays on that. One that still drives, to a stop or along a plan that misses its goal, asks for a
+route from where it will be soon, to join it without a stop; if that comes too late, from where it will stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import tan
+
+import numpy as np
+
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc.clock import CycleClock
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import route_start
+from rti_mpcc.course.conditions import SETTLE_SHARE
+from rti_mpcc.course.context import OFF_PATH
+from rti_mpcc.course.docking_time import estimated_docking_time
+from rti_mpcc.course.route_start import OUT_OF_REACH
+from rti_mpcc.course.schedule import apart
+from rti_mpcc.course.transitions import onto_route, without_route
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
+from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
+from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.state import ControllerState, Phase
+from rti_mpcc.world import goal_setpoint
+from rti_mpcc.world.goals import GOAL_MOVED
+from rti_mpcc.world.standstill import moving_speed
+from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
+
+_REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
+_UNMOVED = (0.03, 0.03, 0.03)
+"""Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
+lateral [m], heading [rad]."""
+_JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
+_SLICES = 2  # of planning in one cycle, at most
+_SLICES_AT_REST = 6  # of a vehicle that stands and waits for its route
+INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
+NO_MANOEUVRE = 1.0  # [m], length of the straight route of a vehicle that stands without a manoeuvre
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplanRequest:
+    """A request for a route.
+
+    Attributes:
+        start, goal: poses; area: with the known obstacles.
+        at: when the vehicle will be at the start, and drive [s]; None: it will stand there.
+        after: time from the request until then [s].
+        incoming: direction, +1 or -1, and curvature [1/m] there; 0, 0 at rest.
+        stopping: distance of a stop in comfort from there [m].
+    """
+
+    start: Pose2
+    goal: Pose2
+    area: Surroundings
+    at: float | None = None
+    after: float = 0.0
+    incoming: tuple[float, float] = (0.0, 0.0)
+    stopping: float = 0.0
+
+    def matches(self, other: ReplanRequest, most: tuple[float, float, float], least: float) -> bool:
+        """Whether a route for this request serves the other one as well."""
+        near = other.start.relative_to(self.start).within(most)
+        both = (self.at is None) == (other.at is None)
+        return near and both and self.is_for(other.goal, other.area, most, least)
+
+    def is_joined_by(self, found: Manoeuvre) -> bool:
+        """Whether a vehicle that drives there can join the route, and brake in comfort on it."""
+        if not found.found:
+            return False
+        first = found.segments[0].part
+        return first.direction == self.incoming[0] and first.end - first.start >= self.stopping
+
+    def is_for(self, goal: Pose2, area: Surroundings, most: tuple[float, float, float], least: float) -> bool:
+        """Whether the goal is the same to within `most`, and static obstacles to `least` [m]."""
+        if not goal.relative_to(self.goal).within(most):
+            return False
+        same = self.area.changes == area.changes
+        return same or not obstacles_changed(self.area.standing, area.standing, least)
+
+
+class Replanner:
+    """Plans the routes of one controller in its area."""
+
+    def __init__(self, area: Area, config: ControllerConfig) -> None:
+        self._area, self._config = area, config
+        self._request: ReplanRequest | None = None
+        self._planning: RoutePlanning | None = None
+        self._outdated = False  # the search was started in another area
+
+    def forget(self) -> None:
+        """Drop the search."""
+        self._request = self._planning = None
+        self._outdated = False
+
+    def in_another(self, s: ControllerState, area: Area) -> ControllerState:
+        """The state in another area; what differs by `MOVED` at most is no change.
+
+        A search continues if nothing has changed near the straight line from its start to its goal; its
+        result has to be clear in the new area. So a map that flickers elsewhere ends no search.
+        """
+        least, before = MOVED, self._area
+        changes = area.solid_beside(before, least) + before.solid_beside(area, least)
+        if not changes:
+            return s
+        self._area = area
+        request = self._request
+        if request is not None and (
+            self._failed or route_start.are_between(request.start, request.goal, changes, self._config)
+        ):
+            self.forget()
+        self._outdated = self._planning is not None
+        return replace(s, area=s.area.in_another(area))
+
+    def routed(self, s: ControllerState) -> ControllerState:
+        """The state with another route, if one is needed and found, or without any, if one is needed."""
+        route = s.route
+        assert route is not None
+        if _stays(s):
+            return s
+        if s.task.phase is Phase.PLANNING:
+            here = route_start.here(s, self._config)
+            if apart(here, s.path.start) > OFF_PATH:
+                # It is first measured there, or was relocated: nothing would be driven so far off a route.
+                s = without_route(s, *standing_route(here), route.replan_reason)
+            return self._with_result(s)
+        why = self._replan_reason(s)
+        if why and s.on_planned_route:
+            s = without_route(s, *standing_route(route_start.here(s, self._config)), why)
+        else:
+            wanted = route.request if why or s.task.drives else ""
+            if (why, wanted) != (route.replan_reason, route.request):
+                s = replace(s, route=replace(route, replan_reason=why, request=wanted))
+        return self._with_result(s)
+
+    def area_known(self, s: ControllerState) -> Area:
+        """The area with all known static obstacles."""
+        return self._area.with_obstacles([each.outline for each in s.area.standing])
+
+    def leaving(self, s: ControllerState, why: str) -> ControllerState:
+        """The state of a vehicle that leaves its route and replans in all of the area."""
+        self.forget()
+        s = replace(s, area=s.area.without_path(self._area))
+        return without_route(s, *standing_route(route_start.here(s, self._config)), why)
+
+    def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
+        """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
+        s = self.leaving(s, "")
+        assert s.route is not None
+        route = replace(s.route, manoeuvre=manoeuvre, routes=s.route.routes + 1, fixed=True)
+        return onto_route(s, manoeuvre, route)
+
+    def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
+        """Plan with the time that this cycle has left."""
+        request = self._needed(s)
+        if request is None:
+            return s
+        margin = self._config.clearance.wanted
+        if self._request is None or not self._request.matches(request, _UNMOVED, margin):
+            known = self.area_known(s)
+            self._request = request
+            # A vehicle that has driven and asks is not well inside: it has to get there.
+            driven = s.route is not None and s.route.routes > 0
+            there = SETTLE_SHARE if driven else 1.0
+            config = s.goal.terms.on(self._config)
+            keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
+            self._planning = RoutePlanning(
+                request.start, request.goal, known, config, request.incoming, there=there, keep_out=keep_out
+            )
+        planning = self._planning
+        assert planning is not None
+        before = planning.seconds
+        assert s.route is not None
+        wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.is_stationary
+        waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
+        for _ in range(_SLICES_AT_REST if waits else _SLICES):
+            if planning.manoeuvre is not None:
+                break
+            if not clock.grants(planning.longest):
+                planning.waited()
+                break
+            planning.advance()
+        if planning.seconds == before:
+            return s
+        return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))
+
+    def _replan_reason(self, s: ControllerState) -> str:
+        """Why another route is needed, or ""."""
+        route, task = s.route, s.task
+        assert route is not None
+        if s.goal.rejected:
+            return ""
+        if route.request and task.phase is Phase.STARTING and s.is_stationary:
+            return route.request
+        goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_route else None
+        waits = goal_setpoint.waits_for_dock(s.goal, self._config)
+        if goal is not None and planned is not None and not waits and self._elsewhere(goal, planned.goal):
+            return "the goal has moved"
+        if (
+            task.phase is Phase.HOLDING
+            and task.stop is not None
+            and not route_start.was_searched(s, self._config)
+        ):
+            return "something blocks the route"
+        if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or route_start.was_searched(s, self._config):
+            return ""
+        if task.phase is Phase.STALLED:
+            return "no plan from here ends inside the tolerance"
+        if task.yielding is not None:
+            return "something is in the way"
+        if task.phase is Phase.STARTING and task.stop_reason:
+            return task.stop_reason
+        return ""
+
+    def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
+        position, heading = GOAL_MOVED
+        off = goal.relative_to(planned)
+        return apart(goal, planned) > self._config.size * position or abs(off.phi) > heading
+
+    def _needed(self, s: ControllerState) -> ReplanRequest | None:
+        goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
+        if goal is None or monitor.state is None or monitor.doubt or route is None or _stays(s):
+            return None
+        if s.goal.rejected:
+            return None
+        # A search continues while the vehicle stands, and its route is driven if it is asked for again.
+        started = self._planning is not None and s.task.phase is not Phase.HOLDING
+        stuck = not s.on_planned_route and (route.replan_reason or (started and s.is_stationary))
+        if s.task.phase is Phase.PLANNING or stuck:
+            if not s.vehicle.is_stationary(s.now, s.vehicle.dead_time):
+                return None
+            return ReplanRequest(start=route_start.here(s, self._config), goal=goal, area=s.area)
+        if s.task.drives and (s.task.stop is not None or route.request):
+            return self._ahead(s, goal)
+        return None
+
+    def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
+        """From where the vehicle will be soon, or will stand."""
+        last, config, stop = self._request, self._config, s.task.stop
+        if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
+            if last.at is not None and s.now <= last.at:
+                return last
+            # The route came too late: once more with twice the time, if the vehicle drives by then.
+            request = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
+        else:
+            request = _driving(s, goal, _JOIN_AFTER, config) if route_start.on_the_move(s) else None
+        if request is not None:
+            return request
+        if stop is None:
+            return None
+        part = s.task.segment.part
+        return ReplanRequest(start=part.pose(min(stop.at, part.end)), goal=goal, area=s.area)
+
+    @property
+    def _failed(self) -> bool:
+        """Whether the search has ended without a route."""
+        found = None if self._planning is None else self._planning.manoeuvre
+        return found is not None and not found.found
+
+    def _found(self) -> Manoeuvre | None:
+        """The result of the search; None: none yet, or none that is clear in the present area."""
+        found = None if self._planning is None else self._planning.manoeuvre
+        if found is None or not self._outdated:
+            return found
+        self._outdated = False
+        if not self._failed and route_start.is_clear(found, self._area, self._config):
+            return found
+        self.forget()
+        return None
+
+    def _with_result(self, s: ControllerState) -> ControllerState:
+        """With the route that was found for where the vehicle is, or the reason why there is none."""
+        found, route, config = self._found(), s.route, self._config
+        if found is None or route is None or self._request is None:
+            return s
+        request = self._needed(s)
+        if request is None or not self._request.matches(
+            request, route_start.near_enough(config), config.clearance.wanted
+        ):
+            return s
+        planning = s.task.phase is Phase.PLANNING
+        updated = replace(route, manoeuvre=found, changes=s.area.changes)
+        if request.at is not None:
+            # Once its own time has come.
+            there = s.now + s.vehicle.dead_time >= request.at - 0.5 * config.cycle
+            if not (there and request.is_joined_by(found)):
+                return s
+        elif not (planning or route.replan_reason):
+            return s  # it is still on its way to where that would begin
+        elif not found.found:
+            since = route.since if planning else s.now
+            why = found.reason if planning else ""
+            return replace(s, route=replace(updated, replan_reason=why, request="", since=since))
+        elif _takes_too_long(s, found, config):
+            self.forget()
+            return replace(s, route=replace(route, replan_reason="", request=""))
+        self.forget()
+        s = replace(s, area=s.area.without_path(self._area))
+        updated = replace(updated, routes=route.routes + 1, replan_reason="", request="", since=s.now)
+        return onto_route(s, found, updated)
+
+
+def _stays(s: ControllerState) -> bool:
+    """Whether it never replans now."""
+    return s.task.phase is Phase.WAITING or (s.route is not None and s.route.fixed)
+
+
+def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> ReplanRequest | None:
+    """From where the driven plan will be in `after` [s]; None: it stands there."""
+    plan, at = s.plans.driven, s.now + after
+    if plan is None or at >= plan.times[-1]:
+        return None
+    state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
+    speed = abs(float(state[V]))
+    if speed <= moving_speed(config):
+        return None
+    start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    direction = 1.0 if state[V] > 0.0 else -1.0
+    curvature = tan(float(state[DELTA])) / config.vehicle.wheelbase
+    return ReplanRequest(
+        start=start,
+        goal=goal,
+        area=s.area,
+        at=at,
+        after=after,
+        incoming=(direction, curvature),
+        stopping=speed**2 / (2.0 * config.comfort_acceleration),
+    )
+
+
+def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
+    """A straight route where the vehicle stands; it is not driven."""
+    path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
+    return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)
+
+
+def _takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
+    """Whether a route for a goal out of reach takes too long to replace the path."""
+    if s.route is None or s.route.replan_reason != OUT_OF_REACH:
+        return False
+    given = estimated_docking_time(s.path, config, s.goal_pose)
+    return estimated_docking_time(found.path, config, found.goal) > INSTEAD * given

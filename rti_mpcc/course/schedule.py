@@ -1,0 +1,103 @@
+"""When the vehicle contours and when it arrives, and the time planned for that: functions state -> state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import hypot
+
+import numpy as np
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course.arrival import arrival_time, within_reach
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.model.layout import THETA, V
+from rti_mpcc.ocp.end_time import LEAST_TIME
+from rti_mpcc.ocp.objectives import HorizonObjective
+from rti_mpcc.state import Arrival, ControllerState, Phase
+from rti_mpcc.world.standstill import moving_speed
+
+LATE_REACH = 2.0  # [m] from its target: nearer, an arrival that is held up keeps its latest end
+LATEST = 1.5  # times what the route takes in comfort: an arrival takes no longer
+DUE = 0.2  # [s] beyond the shortest time to go: so near its end an arrival is due
+TARGET_MOVED = 0.1  # [m]; a target that has moved by more is a new arrival
+SOON = 1.0  # [s] within which a plan that drives on does so
+
+
+def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """Choose between contouring and a planned arrival. A suspended search is resumed unless the target has
+    moved."""
+    started, pose = s.plans.suspended, context.target.pose
+    if started is not None and apart(started.target.pose, pose) <= TARGET_MOVED:
+        return replace(s, task=replace(s.task, arrival=started.arrival))
+    s = s.suspending(None)
+    arrival = None
+    if arrives(s, context, config):
+        arrival = Arrival(latest=_latest(context, config), timed_for=pose)
+    return replace(s, task=replace(s.task, arrival=arrival))
+
+
+def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """Find out whether the arrival is due; a target that has moved, a halt and lost cycles renew its latest
+    end, and so does a vehicle that is held up."""
+    arrival, pose, ends = s.task.arrival, context.target.pose, s.arrives_at
+    if s.task.phase is not Phase.ARRIVING or arrival is None or ends is None:
+        return s
+    moved = apart(arrival.timed_for, pose) > TARGET_MOVED
+    lost = bool(s.queue) and context.start_time - s.queue[-1].begins > config.longest_cycle
+    if moved or lost or s.task.yielding is not None or _held_up(s, context, config):
+        later = Arrival(latest=max(_latest(context, config), arrival.latest), timed_for=pose)
+    else:
+        due = ends - context.start_time <= LEAST_TIME + DUE
+        since = (context.now if arrival.overdue_since is None else arrival.overdue_since) if due else None
+        if since == arrival.overdue_since:
+            return s
+        later = replace(arrival, overdue_since=since)
+    return replace(s, task=replace(s.task, arrival=later))
+
+
+def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObjective | None:
+    """The objective that takes over from here on, by the way left along the path, or None."""
+    left = context.target.stop - float(context.state[THETA])
+    return s.task.objective.successor(left) if context.free else None
+
+
+def too_late(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
+    needed = context.speed**2 / (2.0 * config.comfort_acceleration)
+    contouring = s.task.phase is Phase.CONTOURING and s.task.objective.along_path
+    return contouring and context.distance <= needed
+
+
+def _held_up(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle far from its target stands although its plan drives: it is held from outside."""
+    stood, plan = s.vehicle.standing_since, s.plans.driven
+    if stood is None or stood <= s.task.driving_since or plan is None:
+        return False
+    soon = int(np.searchsorted(plan.times, context.start_time + SOON))
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > moving_speed(config)
+    return drives and context.distance > LATE_REACH
+
+
+def apart(one: Pose2, other: Pose2) -> float:
+    """Distance [m]."""
+    return hypot(one.x - other.x, one.y - other.y)
+
+
+def arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether one planned arrival is to bring the vehicle to its target from here."""
+    if not (config.arrival and s.task.segment.objective.arrives):
+        return False
+    theta = float(context.state[THETA])
+    return within_reach(context.distance, context.speed, config, context.profile, theta)
+
+
+def duration(context: PlanningContext, config: ControllerConfig) -> float:
+    """What the arrival is expected to take from here [s]."""
+    distance = context.distance
+    highest = context.profile.ahead(float(context.state[THETA]), distance)
+    return arrival_time(distance, context.speed, config, highest)
+
+
+def _latest(context: PlanningContext, config: ControllerConfig) -> float:
+    return context.start_time + LATEST * duration(context, config)

@@ -1,0 +1,211 @@
+"""The table of transitions, the two functions that run it, and what changes in the state with an event.
+
+`transition_by_condition` asks in every cycle for the first event whose condition holds. `transition_on` takes
+an event that other code reports: a plan, an obstacle, the end of a segment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum
+
+from geometry import ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import conditions
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import Manoeuvre, Segments
+from rti_mpcc.state import (
+    DRIVING,
+    ControllerState,
+    Phase,
+    PlannedStop,
+    Plans,
+    RouteState,
+    Task,
+    Yielding,
+)
+from rti_mpcc.types import Trajectory
+
+Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
+
+STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING, WAITING = ANY = tuple(Phase)
+SEEKING = (STARTING, *DRIVING)
+ON_ROUTE = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
+
+
+class Event(Enum):
+    """What happens to a vehicle on its segment: a row of the table.
+
+    Attributes:
+        sources: phases in which it counts; to: the phase that follows.
+        when: the condition that is asked for in every cycle; None: other code reports it.
+    """
+
+    # By condition: of the rows of a phase the first one that holds.
+    STOP_ENDS_INSIDE = DRIVING, SETTLING, conditions.stop_ends_inside
+    TARGET_BEHIND = SEEKING, STALLED, conditions.passes_target
+    STUCK_INSIDE = DRIVING, HOLDING, conditions.stuck_inside
+    NO_PROGRESS = DRIVING, STALLED, conditions.no_progress
+    PLAN_MISSES = (ARRIVING,), STALLED, conditions.plan_misses
+    INSIDE = (STARTING,), HOLDING, conditions.stands_inside
+    WELL_INSIDE = (STALLED,), HOLDING, conditions.stands_well_inside
+    MISSES = (SETTLING,), STARTING, conditions.will_stop_outside
+    OUTSIDE = (SETTLING, HOLDING), STARTING, conditions.stands_outside
+    AT_REST = (SETTLING,), HOLDING, conditions.came_to_rest
+    TARGET_MOVED = (STALLED,), STARTING, conditions.target_moved
+    OBSTACLES_CHANGED = (STALLED,), STARTING, conditions.surroundings_changed
+    # Reported by the code that finds it.
+    CRUISE_FOUND = SEEKING, CONTOURING, "a plan along the path is found"
+    ARRIVAL_FOUND = SEEKING, ARRIVING, "a plan that arrives is found"
+    COURSE_CHANGED = (*SEEKING, SETTLING, HOLDING), STARTING, "the course ends elsewhere"
+    STOP_IS_HERE = (STARTING,), HOLDING, "it ends right here, before an obstacle: the vehicle stays"
+    STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
+    PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
+    GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
+    GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
+    RELOCALISED = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
+    OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
+    SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
+    INTERNAL_ERROR = ON_ROUTE, STARTING, "an internal error in a cycle"
+    ROUTE_LOST = ANY, PLANNING, "another route is needed"
+    ROUTE_PLANNED = (*SEEKING, HOLDING, STALLED, PLANNING, WAITING), STARTING, "a route is planned"
+    COMMANDED_TO_STAND = ANY, WAITING, "the vehicle is commanded to stand"
+    COMMANDED_TO_RESUME = (WAITING,), STARTING, "the vehicle is commanded to resume its segment"
+
+    sources: tuple[Phase, ...]
+    to: Phase
+    when: Condition | None
+
+    def __new__(cls, sources: tuple[Phase, ...], to: Phase, how: Condition | str) -> Event:
+        """The value is the text of the event, or the first line of its condition's docstring."""
+        event = object.__new__(cls)
+        event.sources, event.to, event.when = sources, to, None if isinstance(how, str) else how
+        event._value_ = how if isinstance(how, str) else (how.__doc__ or how.__name__).partition("\n")[0]
+        return event
+
+
+_BY_CONDITION = {p: [(e.when, e.to) for e in Event if e.when and p in e.sources] for p in Phase}
+
+
+def transition_by_condition(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> ControllerState:
+    """The state after the transition of this cycle, if one of the phase's conditions holds."""
+    since = conditions.outside_since(s, context, config)
+    if since != s.task.outside_since:
+        s = replace(s, task=replace(s.task, outside_since=since))
+    for holds, phase in _BY_CONDITION[s.task.phase]:
+        if holds(s, context, config):
+            s = _entering(s, phase)
+            if phase is STALLED:
+                s = replace(s, task=replace(s.task, stalled_at=(context.target.pose, s.area.changes)))
+            return s
+    return s
+
+
+def transition_on(s: ControllerState, event: Event) -> ControllerState:
+    """The state after a reported event; the same where it does not count in this phase."""
+    counts = event.when is None and s.task.phase in event.sources
+    return _entering(s, event.to) if counts else s
+
+
+def _entering(s: ControllerState, phase: Phase) -> ControllerState:
+    """A vehicle that starts plans its segment again from where it is; one that holds is inside."""
+    if phase is not STARTING:
+        since = None if phase is HOLDING else s.task.outside_since
+        hold = s.task.hold if phase is HOLDING else None
+        return replace(s, task=replace(s.task, phase=phase, outside_since=since, hold=hold))
+    vehicle = s.vehicle
+    if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
+        vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
+    task = replace(s.task, arrival=None, phase=STARTING, outside_since=None, hold=None)
+    return replace(s, vehicle=vehicle, task=task, plans=Plans())
+
+
+# -- plans ----------------------------------------------------------------------------------------------
+
+
+def plan_found(s: ControllerState) -> ControllerState:
+    """Drive the first plan that was found."""
+    s = transition_on(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
+    return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
+
+
+def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | None) -> ControllerState:
+    """A plan was accepted for driving: nothing holds the vehicle any more.
+
+    `solution`: its iterate, which the next cycle resumes.
+    """
+    task = s.task
+    if task.stop_reason or task.last_attempt is not None:
+        last_attempt = task.last_attempt if task.phase is Phase.CONTOURING else None  # of a cruise
+        task = replace(task, stop_reason="", last_attempt=last_attempt)
+    plans = replace(
+        s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.now, clear_of=s.area.changes
+    )
+    return replace(s, task=task, plans=plans)
+
+
+# -- goals and segments -----------------------------------------------------------------------------------
+
+
+def next_segment(s: ControllerState) -> ControllerState:
+    """Start the next segment of the manoeuvre."""
+    return replace(
+        transition_on(s, Event.SEGMENT_ENDED),
+        goal=replace(s.goal, waiting=False),
+        task=Task(segments=s.task.segments[1:]),
+        plans=Plans(),
+        start_state=None,
+    )
+
+
+def without_route(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
+    """Stand on this route of no length until a route is planned."""
+    assert s.route is not None
+    route = replace(s.route, replan_reason=why, request="", since=s.now, fixed=False)
+    task = Task(segments=segments, yielding=_lasting_yielding(s))
+    s = replace(s, path=path, task=task, plans=Plans(), route=route, start_state=None)
+    return transition_on(s, Event.ROUTE_LOST)
+
+
+def onto_route(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
+    """Start a manoeuvre that was planned from here, with the last plan until there is another one."""
+    if s.goal.pose is None:
+        goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
+        s = replace(s, goal=goal)
+    plans = _last_plan(s)
+    s = transition_on(s, Event.ROUTE_PLANNED)
+    task = Task(segments=manoeuvre.segments, yielding=_lasting_yielding(s))
+    return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, start_state=None)
+
+
+def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> ControllerState:
+    """The course ends elsewhere: plan to there, with the last plan until then; `here`: stay at the stop."""
+    plans = replace(_last_plan(s), course=s.plans.course)
+    s = transition_on(s, Event.COURSE_CHANGED)
+    if here:
+        s = transition_on(s, Event.STOP_IS_HERE)
+    return replace(s, task=replace(s.task, stop=stop), plans=plans)
+
+
+def _lasting_yielding(s: ControllerState) -> Yielding | None:
+    """Yielding to an obstacle that moves: another route has to stay clear of it as long as the last one."""
+    return s.task.yielding if s.area.moving else None
+
+
+def _last_plan(s: ControllerState) -> Plans:
+    """Of all plans only the one that is driven, as long as it is clear."""
+    if not s.task.drives:
+        return Plans()
+    return Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at, clear_of=s.plans.clear_of)
+
+
+def restarted(s: ControllerState, problem: str) -> ControllerState:
+    """After an internal error: no plans are kept, nor, as the segment is a copy, its core."""
+    s = transition_on(s, Event.INTERNAL_ERROR)
+    active, *later = s.task.segments
+    task = replace(s.task, segments=(replace(active), *later), stop_reason=problem)
+    return replace(s, task=task, start_state=None)

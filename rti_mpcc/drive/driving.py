@@ -1,0 +1,473 @@
+"""What is driven in a cycle: what its phase asks for, or the next step of the fallback."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+from typing import NamedTuple
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.mpc import CONTACT_TOLERANCE
+from rti_mpcc.course import collision_check, conditions, schedule
+from rti_mpcc.course.collision_check import CLEAR_DISTANCE, Overlap
+from rti_mpcc.course.conditions import GIVE_UP_TIME, replan_due, standing_since
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.transitions import Event, plan_accepted, transition_by_condition, transition_on
+from rti_mpcc.course.workspace import Workspace
+from rti_mpcc.drive import escape, fallback, holding, limiter, search
+from rti_mpcc.drive.command import ControlDecision, meeting, what_blocks, why_stalled, why_yielding
+from rti_mpcc.drive.first_plan import first_plan
+from rti_mpcc.drive.search import SqpResult
+from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import SegmentEnd
+from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.ocp.objectives import GOAL_CLIP
+from rti_mpcc.state import ControllerState, Phase, Yielding
+from rti_mpcc.types import Reason, Source, Trajectory, Verdict
+from rti_mpcc.world import goal_setpoint
+from rti_mpcc.world.surroundings import CLEAR_TIME, GOAL_REACH
+
+PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
+WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
+WHEELS_REACH = 0.5  # [m] from its start, at most
+
+
+class Driven(NamedTuple):
+    """The state after a decision, and the decision."""
+
+    s: ControllerState
+    decision: ControlDecision
+
+
+def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """What is driven in this cycle: a plan that came too late is not."""
+    after, decision = _decided(s, context, w)
+    if w.clock.late() and decision.control.source is Source.SOLUTION:
+        late = Reason.LATE.message
+        last = _continue_plan(after, s, context, w, late, decision.attempt, whole=False)
+        after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
+    return Driven(after, decision)
+
+
+def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """What safety asks for comes before what the phase asks for."""
+    since = standing_since(s, context, w.config)
+    if since != s.vehicle.standing_since:
+        s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
+    overlap = collision_check.overlap_now(s, context, w.config)
+    if overlap is not None:
+        return _in_contact(s, context, w, overlap)
+    if context.doubt:
+        return _doubt(s, context, w)
+    beyond = limiter.exceeded(s.vehicle.disturbance, w.config)
+    if beyond:
+        return _give_up(s, context, w, beyond)
+    if s.goal.rejected and s.task.phase is not Phase.WAITING:
+        s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
+        rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
+        return _stop(s, context, w, rejected, along=s.plans.driven)
+    s = transition_by_condition(_watching(s, context, w), context, w.config)
+    s = schedule.rescheduled(s, context, w.config)
+    stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
+    waiting = "" if stays else conditions.must_wait(s, context, w.config)
+    if waiting and s.is_stationary:
+        return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
+    return _BY_PHASE[s.task.phase](s, context, w)
+
+
+def _none_accepted(s: ControllerState) -> str:
+    """What to do where a goal was asked for and none was accepted."""
+    has_end = not s.on_planned_route or (s.route is not None and s.route.end is not None)
+    or_the_end = ", or call `clear_goal` to drive to the path's end" if has_end else ""
+    return f"no goal was accepted: give another one{or_the_end}"
+
+
+# -- what the phases ask for --------------------------------------------------------------------------
+
+
+def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Search a first plan."""
+    stands, stop_reason = s.is_stationary, s.task.stop_reason
+    if stands and not replan_due(s, context):
+        return _stop(s, context, w, Verdict(Reason.RETRIES_SOON, stop_reason))
+    turning = _turning_wheels(s, context, w)
+    if turning is not None:
+        return turning
+    if stands and s.route is not None and s.route.request:
+        return _wait_for_route(s, context, w)
+    s, attempt = first_plan(s, context, w)
+    if stands and s.route is not None and s.route.request:
+        return _wait_for_route(s, context, w)
+    if not attempt.problem:
+        return _accept(s, context, w, attempt, s.plans.solution)
+    if not stands and (attempt.out_of_time or not stop_reason):
+        last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=False)
+        if last is not None:
+            return last
+    task = s.task
+    if not stop_reason and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
+        stop_reason = attempt.problem
+        task = replace(task, stop_reason=stop_reason)
+    if stop_reason and stands:
+        task = replace(task, last_attempt=s.now)
+    verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
+    firm = w.config.firm_deceleration
+    return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
+
+
+def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
+    """The wheels are turned at rest near the start of a segment that names their angle, or None."""
+    angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
+    near = theta - s.task.segment.part.start <= WHEELS_REACH * w.config.size
+    if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
+        return None
+    control = fallback.turn_wheels(context.state, angle, w.config)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
+    return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
+
+
+def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Continue with the plan, unless another one is needed and found."""
+    if _needs_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w)
+        if decision is not None:
+            return Driven(s, decision)
+    successor = schedule.successor_due(s, context)
+    if successor is not None:
+        s = replace(s, task=replace(s.task, successor=successor), plans=replace(s.plans, solution=None))
+    return _iterate(s, context, w)
+
+
+def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    wanted = fallback.settling_deceleration(context, w.config)
+    return _stop(s, context, w, Verdict(Reason.SETTLES), wanted)
+
+
+def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
+    if not conditions.passes_target(s, context, w.config):
+        why = why_stalled(s, context, w.config, w.mpcc.side_clearance)
+        stalled = Verdict(Reason.STALLED, why and f": {why}")
+        return _stop(s, context, w, stalled, along=s.plans.driven)
+    in_reach = GOAL_REACH + context.along
+    wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
+    behind = context.speed**2 / (2.0 * wanted) - context.along
+    return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
+
+
+def _wait_for_route(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Stand, or brake to a standstill, while a route is planned, or if there is none."""
+    route = s.route
+    assert route is not None
+    why, last = route.request or route.replan_reason, route.manoeuvre
+    if s.goal_pose is None:
+        return _stop(s, context, w, Verdict(Reason.PLANS_ROUTE, "there is no goal yet"))
+    none = last is not None and not last.found and why == last.reason
+    return _stop(s, context, w, Verdict(Reason.NO_ROUTE if none else Reason.PLANS_ROUTE, why))
+
+
+def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
+    wanted = w.config.limits.acceleration if s.task.at_once else w.config.comfort_acceleration
+    return _stop(s, context, w, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
+
+
+def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    reason, stop = _STANDS_AT[s.task.end], s.task.stop
+    if reason is Reason.DOCKED:
+        return _hold_at_goal(s, context, w)
+    about = "" if stop is None else what_blocks(stop, context, w.config)
+    return _stop(s, context, w, Verdict(reason, about))
+
+
+def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Stay at the dock; docked once the vehicle is found to stay there."""
+    s = holding.start_hold(s, context, w.config)
+    hold = s.task.hold
+    assert hold is not None
+    verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
+    if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
+        return _stop(s, context, w, verdict)
+    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
+    control, hold = holding.control(hold, s, context, w.config)
+    return Driven(holding.balanced(s, hold, w.config), ControlDecision(control, verdict, motion))
+
+
+def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+    """Whether the goal that the vehicle stands at is the given one, and was detected."""
+    goal = s.goal
+    if goal_setpoint.never_seen(goal, w.config):
+        return Verdict(Reason.NOT_DETECTED)
+    here = context.target.pose.compose(context.standing_error)
+    if goal_setpoint.is_elsewhere(goal, here, w.config):
+        return Verdict(Reason.GOAL_REJECTED, goal_setpoint.NOT_THE_ONE)
+    moved = goal_setpoint.dock_has_moved(goal, w.config)
+    if moved:
+        return Verdict(Reason.GOAL_UNCERTAIN, moved)
+    return Verdict(Reason.DOCKED)
+
+
+_STANDS_AT = {
+    SegmentEnd.GOAL: Reason.DOCKED,
+    SegmentEnd.STOP: Reason.STANDS_BEFORE_OBSTACLE,
+    SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
+}
+
+
+_BY_PHASE = {
+    Phase.STARTING: _start,
+    Phase.CONTOURING: _drive,
+    Phase.ARRIVING: _drive,
+    Phase.SETTLING: _settle,
+    Phase.HOLDING: _hold,
+    Phase.STALLED: _stay,
+    Phase.PLANNING: _wait_for_route,
+    Phase.WAITING: _wait,
+}
+
+
+# -- plans ----------------------------------------------------------------------------------------------
+
+
+def _change_over(
+    s: ControllerState, context: PlanningContext, w: Workspace
+) -> tuple[ControllerState, ControlDecision | None]:
+    """Change from the present plan to the first one of another objective; None: not yet.
+
+    An arrival that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later,
+    from nearer.
+    """
+    found, attempt = first_plan(s, context, w)
+    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context, w.config)
+    if cruises:
+        in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
+    else:
+        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context, w.config)
+    if in_vain:
+        return replace(s, route=found.route, task=replace(s.task, last_attempt=s.now)), None
+    if not attempt.problem:
+        return _accept(found, context, w, attempt, found.plans.solution)
+    after = s.suspending(found.plans.suspended)
+    if too_late:
+        firm = w.config.firm_deceleration
+        return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
+    return after, None
+
+
+def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """One real-time iteration, and the fallback if it gives no plan."""
+    valid, suspended = s.plans.valid, s.plans.suspended
+    start = search.from_last(s.plans.solution)
+    if s.plans.solution is None and valid is not None:  # another objective from here on
+        start = search.clean(valid)
+    attempt = search.converge(w.mpcc, s, context, start, w.clock)
+    if attempt.problem and not attempt.out_of_time and valid is not None:
+        clean = search.converge(w.mpcc, s, context, search.clean(valid), w.clock)
+        attempt = attempt.then(replace(clean, retried=True))
+    if not attempt.problem:
+        return _accept(s, context, w, attempt, attempt.solved)
+    s = s.iterated(attempt.solved)
+    last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
+    return last or _give_up(s, context, w, attempt.problem, attempt)
+
+
+def _needs_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+    """Whether the arrival should start, or the driven plan misses the target. An old plan is iterated first,
+    unless the vehicle halts."""
+    plan, accepted = s.plans.driven, s.plans.accepted_at
+    searching = s.plans.suspended is not None and s.task.yielding is None
+    if searching and accepted is not None and s.now - accepted > PLAN_AGE:
+        return False
+    elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
+    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context, w.config)
+    return (elsewhere or due) and replan_due(s, context)
+
+
+def _ends_elsewhere(
+    s: ControllerState, plan: Trajectory, context: PlanningContext, config: ControllerConfig
+) -> bool:
+    """Whether an arrival's plan misses its target: it has jumped, or the iterations got stuck."""
+    arrives = s.task.arrival is not None and context.free
+    return arrives and context.missed_by(plan, GOAL_CLIP)
+
+
+# -- the steps of the fallback --------------------------------------------------------------------------
+
+
+def _accept(
+    s: ControllerState,
+    context: PlanningContext,
+    w: Workspace,
+    attempt: SqpResult,
+    solution: Solution | None,
+) -> Driven:
+    """Drive the plan of this cycle, unless it must not be. The next cycle resumes `solution`."""
+    plan = attempt.plan
+    s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
+    if decision.control.source is Source.SOLUTION:
+        return Driven(plan_accepted(s, plan, solution), decision)
+    return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
+
+
+def _continue_plan(
+    s: ControllerState,
+    before: ControllerState,
+    context: PlanningContext,
+    w: Workspace,
+    problem: str,
+    attempt: SqpResult | None = None,
+    *,
+    whole: bool = True,
+) -> Driven | None:
+    """Continue the last accepted plan of `before`, clear to its end if `whole`; or None."""
+    plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
+    if plan is None:
+        return None
+    return _follow_plan(s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, whole=whole)
+
+
+def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Continue the last plan for a moment, by the estimate; then brake."""
+    monitor = s.vehicle.monitor
+    short = context.now - monitor.since <= w.config.plausibility.blind
+    if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
+        last = _continue_plan(s, s, context, w, context.doubt)
+        if last is not None:
+            doubted = Verdict(Reason.STATE_DOUBTED, str(last.decision.verdict))
+            return Driven(last.s, replace(last.decision, verdict=doubted))
+    return _give_up(s, context, w, context.doubt)
+
+
+def _give_up(
+    s: ControllerState, context: PlanningContext, w: Workspace, problem: str, attempt: SqpResult | None = None
+) -> Driven:
+    """Brake to a standstill, and plan anew."""
+    firm = w.config.firm_deceleration
+    after = transition_on(s, Event.PLAN_LOST)
+    after = s if after is s else replace(after, task=replace(after.task, stop_reason=problem))
+    return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
+
+
+def _follow_plan(
+    s: ControllerState,
+    context: PlanningContext,
+    w: Workspace,
+    plan: Trajectory,
+    source: Source,
+    attempt: SqpResult | None,
+    *,
+    problem: str = "",
+    whole: bool = False,
+) -> Driven:
+    """Drive a plan that is clear as far as a stop needs (`whole`: to its end), to a goal that is certain.
+
+    `problem`: why the plan is not of this cycle.
+    """
+    config = w.config
+    need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
+    later = 0.0 if s.task.yielding is None else CLEAR_TIME
+    distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
+    if s.area.moving:
+        slowing = fallback.slowing(context, plan, config)
+        distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
+    s = _yielding(s, distance, need if distance < inf else 0.0)
+    if s.task.yielding is not None:
+        if distance < inf:
+            late = problem if attempt is not None and attempt.out_of_time else ""
+            s = meeting(s, plan, distance, late, w.config)
+        return _stop(s, context, w, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
+    waiting = conditions.must_wait(s, context, config)
+    if waiting:
+        uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
+        return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
+    verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w)
+    return Driven(s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt))
+
+
+def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+    unseen = goal_setpoint.remark(s.goal)
+    if s.task.stop is not None:
+        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context, w.config))
+    return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
+
+
+# -- what is in the way -----------------------------------------------------------------------------------
+
+
+def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
+    """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
+    s = transition_on(s, Event.OVERLAP)
+    s = replace(s, task=replace(s.task, yielding=Yielding()))
+    motion = None
+    if s.task.phase is not Phase.WAITING:
+        motion = escape.escape_motion(
+            context.state, context.start_time, s.area, s.task.segment.index, w.config
+        )
+    if motion is not None:
+        verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
+        return Driven(s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion))
+    # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
+    shallow = overlap.depth <= CONTACT_TOLERANCE
+    wanted = w.config.comfort_acceleration if shallow else w.config.limits.acceleration
+    return _stop(s, context, w, Verdict(Reason.OVERLAP, str(overlap)), wanted)
+
+
+def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> ControllerState:
+    """Halt if the driven plan is not clear of what has changed or moves."""
+    plan, area = s.plans.driven, s.area
+    changed = s.plans.clear_of != area.changes
+    if plan is None or s.is_stationary or not (changed or area.moving):
+        return s
+    slowing = fallback.slowing(context, plan, w.config)
+    distance = collision_check.distance_to_moving(s, slowing, w.config)
+    if changed:
+        # A static obstacle behind the plan's end is no reason to stop.
+        end = fallback.distance_to_end(plan, context.state)
+        least = w.config.clearance.least
+        distance = min(distance, collision_check.distance_to_contact(s, slowing, w.config, end, least))
+    if distance == inf:
+        return s
+    return meeting(_yielding(s, distance, inf), slowing, distance, "", w.config)
+
+
+def _yielding(s: ControllerState, distance: float, need: float) -> ControllerState:
+    """With a halt for a contact after `distance` [m] (inf: none): from when a stop needs `need` [m] so much,
+    until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
+    yielding = s.task.yielding
+    if distance <= need + (0.0 if yielding is None else CLEAR_DISTANCE):
+        yielding = Yielding()
+    elif yielding is None:
+        return s
+    elif yielding.clear_since is None:
+        yielding = replace(yielding, clear_since=s.now)
+    elif s.now - yielding.clear_since < CLEAR_TIME:
+        return s
+    else:
+        yielding = None
+    since = s.now if yielding is None else s.task.driving_since
+    return replace(s, task=replace(s.task, yielding=yielding, driving_since=since))
+
+
+def _stop(
+    s: ControllerState,
+    context: PlanningContext,
+    w: Workspace,
+    verdict: Verdict,
+    deceleration: float | None = None,
+    attempt: SqpResult | None = None,
+    along: Trajectory | None = None,
+) -> Driven:
+    """Brake at `deceleration` [m/s²], by default in comfort, harder before a contact, and stand.
+
+    `along`: a plan to brake along, where that is as gentle as with the steering held.
+    """
+    config, state = w.config, context.state
+    wanted = config.comfort_acceleration if deceleration is None else deceleration
+    if s.is_stationary:
+        motion = fallback.braking(context, wanted, config)
+        control = fallback.hold(state, config, context.acceleration)
+    else:
+        motion, needed = fallback.braking_in_time(s, context, wanted, config, along)
+        rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
+        control = fallback.brake(state, needed, config, rate, before)
+    return Driven(s, ControlDecision(control, verdict, motion, attempt))

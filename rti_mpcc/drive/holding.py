@@ -1,0 +1,200 @@
+"""A vehicle that is held where it docked: a position loop along the body's axis, with the wheels still.
+
+(H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e
+
+u is what is commanded, e [m] how far the vehicle is ahead of its anchor, v its speed, both when the command
+starts to act. i balances what acts besides: a slope, or the creep torque of a drive. For as long as the
+vehicle is held, i takes the place of the estimated disturbance: if the drive lags, that estimate follows the
+loop's own motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`. They are stable
+up to a lag of more than twice that.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from math import degrees, hypot
+from typing import Final
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.drive.fallback import SETTLING_TIME, ControlInput
+from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.state import ControllerState, Hold, Phase
+from rti_mpcc.types import Source
+from rti_mpcc.world import standstill
+from rti_mpcc.world.standstill import UNKNOWN_LAG
+
+_log = logging.getLogger(__name__)
+
+DESIGN_LAG: Final = 0.2  # [s]
+K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
+K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
+K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
+LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
+USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be docked at once
+LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
+STOOD_SHARE = 0.35  # of what a docked vehicle may move, that it may still move by what has not come to rest
+ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
+STEADY_LAG = 0.01  # [s]; of a vehicle that stood by steady commands none has to be reckoned with
+LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
+STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
+"""Phases in which a vehicle that stands does not drive off in the next cycle."""
+KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an acceleration by poses is heeded
+FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
+
+
+def start_hold(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
+    hold = s.task.hold
+    if hold is None:
+        integral = _balancing(s, config)
+        off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
+        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=integral, corrected_by=off)
+    if hold.docked is None and context.inside(context.standing_error):
+        if _stays_at_once(hold, s, context, config):
+            hold = replace(hold, docked=context.standing_error)
+        elif _has_stood(hold, s, context, config):  # it is held right there
+            here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
+            integral = _balancing(s, config, lag=STEADY_LAG)
+            hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
+    if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
+        # By half, so that it does not swing with a drive that lags.
+        beside, std = s.vehicle.motion.beside(config)
+        integral = 0.5 * (hold.integral - beside) if std <= KNOWN_ACCELERATION else hold.integral
+        hold = replace(hold, integral=integral, balanced=s.now)
+    return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
+
+
+def _stays_at_once(
+    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> bool:
+    """Whether a vehicle that has just come to rest moves as commanded, and stays near its anchor even if its
+    drive lags by `UNKNOWN_LAG`."""
+    motion, most = s.vehicle.motion, standstill.rest_distance(context.tolerance, config)
+    surprise = max(motion.unexplained() * UNKNOWN_LAG, motion.surprise() * UNKNOWN_LAG**2)
+    if s.now - hold.since > standstill.SLIP_TIME or surprise > most:
+        return False
+    # An error of the estimated disturbance moves the vehicle by less than half of that.
+    if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
+        return False
+    beside, std = motion.beside(config)
+    if std <= KNOWN_ACCELERATION and abs(beside + hold.integral) > 0.5 * K_P * most + standstill.NOISE * std:
+        return False
+    if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
+        return False  # it does not drive as it was told to: at rest, neither
+    speed = max(abs(context.measured_speed), abs(float(context.state[V])))
+    rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)
+    return motion.unseen(config) == 0.0 and abs(_ahead(hold, context)) + rolls <= most
+
+
+def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
+    changed: what a drive that lags still makes of them moves the vehicle against `K_P`."""
+    motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, config)
+    if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
+        return False
+    speed, std = motion.pose_speed(standstill.SLIP_TIME)
+    noise = standstill.NOISE * motion.noise[0]
+    slow = abs(speed) * (context.start_time - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
+    steady = abs(motion.still_coming()) <= K_P * (most + noise)
+    still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
+    off = max(abs(context.error.x), abs(context.standing_error.x))
+    return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
+
+
+def stays_put(s: ControllerState) -> bool:
+    """Whether the vehicle is to stay where it stands, so that a brake may be set."""
+    hold = s.task.hold
+    if hold is not None:
+        return hold.docked is not None
+    return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
+
+
+def undocked(before: ControllerState, after: ControllerState, context: PlanningContext) -> str:
+    """The remark in the cycle in which a docked vehicle is no longer docked, else ""."""
+    held, holds = before.task.hold, after.task.hold
+    if held is None or held.docked is None or holds is not None:
+        return ""
+    far, turned = hypot(context.error.x, context.error.y), degrees(abs(context.error.phi))
+    said = f"no longer docked: the vehicle is {far:.3f} m and {turned:.1f} deg from the goal"
+    _log.info("%s", said)
+    return said
+
+
+def not_dead_reckoned(s: ControllerState) -> ControllerState:
+    """A docked vehicle that a brake holds is not reckoned to move, whatever it is commanded."""
+    hold, monitor = s.task.hold, s.vehicle.monitor
+    if hold is None or hold.docked is None or s.vehicle.motion.spread() > 0.0:
+        return s
+    monitor = replace(monitor, dead_reckoned=monitor.measured)
+    return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
+
+
+def _anchor(context: PlanningContext) -> Pose2:
+    """Where the vehicle comes to rest, drawn into the tolerance along its axis."""
+    x, y, phi = context.state[[X, Y, PHI]].tolist()
+    ahead, most = context.error.x, ANCHOR_SHARE * context.tolerance[0]
+    rest = ahead + float(context.state[V]) * SETTLING_TIME
+    return Pose2(x, y, phi).compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
+
+
+def _ahead(hold: Hold, context: PlanningContext) -> float:
+    """How far the vehicle is ahead of its anchor along its axis [m]."""
+    x, y, phi = context.state[[X, Y, PHI]].tolist()
+    return Pose2(x, y, phi).relative_to(hold.anchor).x
+
+
+def _balancing(s: ControllerState, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> float:
+    """Acceleration to be commanded [m/s²] at which the vehicle stays as it is.
+
+    By the last moments, or, if they are too noisy, by how the estimate answers the last command.
+
+    A vehicle that brakes evenly on a slope does not tell the slope from the drive's gain; for a small step
+    from the last command the gain hardly matters.
+    """
+    disturbance = s.vehicle.disturbance
+    if abs(disturbance.acceleration) <= LEVEL and s.task.hold is None:
+        return disturbance.commanded(0.0)
+    beside, std = s.vehicle.motion.beside(config, lag)
+    if std <= KNOWN_ACCELERATION:
+        return -beside
+    lately = s.queue[-1].acceleration if s.queue else 0.0
+    return lately - disturbance.acting(lately)
+
+
+def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> ControllerState:
+    """Held: what acts besides is what the hold balances."""
+    known = s.vehicle.disturbance
+    if config.disturbance.enabled:
+        known = known._replace(acceleration=-known.gain * hold.integral)
+    return replace(s, task=replace(s.task, hold=hold), vehicle=replace(s.vehicle, disturbance=known))
+
+
+def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
+    """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
+    motion, speed = s.vehicle.motion, float(context.state[V])
+    beside, std = motion.by_poses(config)
+    known = standstill.NOISE * std <= standstill.least_unseen(config)
+    return speed - motion.unseen(config) + beside if known else speed
+
+
+def control(
+    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> tuple[ControlInput, Hold]:
+    """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
+    e = _ahead(hold, context)
+    v = _speed(s, context, config)
+    if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
+        # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
+        hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
+        return ControlInput(0.0, 0.0, Source.STANDSTILL), hold
+    integral = hold.integral - K_I * e * config.cycle
+    integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
+    most = config.limits.acceleration
+    commanded = min(max(integral - K_P * e - K_D * v, -most), most)
+    # The brakes are released evenly.
+    before, step = context.acceleration, config.comfort.jerk * config.cycle
+    acting = min(max(s.vehicle.disturbance.acting(commanded), before - step), before + step)
+    return ControlInput(acting, 0.0, Source.STANDSTILL), replace(hold, integral=integral)

@@ -1,0 +1,312 @@
+"""Finding a plan: one real-time iteration a cycle, more of them while a plan is not yet fit to be driven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import hypot, radians
+
+import numpy as np
+
+from geometry.arrays import all_finite
+from rti_mpcc.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.course import schedule
+from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.guess import arrival_guess, cruise_guess
+from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, FIRST_PATIENCE, Solution
+from rti_mpcc.model.bicycle import Extremes, extremes
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import GOAL_CLIP
+from rti_mpcc.ocp.targets import Target
+from rti_mpcc.qp.solver import COLD, RETRY, Steps
+from rti_mpcc.state import ControllerState, SuspendedSearch
+from rti_mpcc.types import Array, Objective, Trajectory
+
+ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
+FIRST_ITERATIONS = 3  # from a first guess on, at least; or two, if the second moved the plan < SETTLED
+SETTLED = 0.02  # [m] for each second ahead
+UNSOLVED = 2  # QPs that may remain unsolved from a first guess on
+CLEAN_PATIENCE = 3  # the same once more from a clean start
+CHECKED_SPAN = 2.0  # [s] at the start of a plan over which it has to obey the dynamics,
+POSITION_DEFECT = 0.05  # [m]: with at most this error
+HEADING_DEFECT = radians(2.0)  # [rad]
+INPUT_EXCESS = 0.02  # of an input limit, by which a solver's answer may pass it before it is cut
+BLOCKED_SLACK = 0.3  # [m] of slack on top of the vehicle's own: a plan with more goes through something
+
+NO_TIME = "the deadline left no time for an iteration"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SqpResult:
+    """The iterations of one cycle.
+
+    Attributes:
+        solutions: in order; none if there was no time for any.
+        problem: why the last one must not be driven, or "".
+        corridor_infeasible: it goes through a static obstacle or boundary, or ends in front of it.
+        out_of_time: the time was up before the iterations ended.
+        retried: the last ones started clean, after others had failed.
+    """
+
+    solutions: tuple[Solution, ...]
+    problem: str
+    corridor_infeasible: bool = False
+    out_of_time: bool = False
+    retried: bool = False
+
+    @property
+    def solved(self) -> Solution | None:
+        """The last iterate that was solved."""
+        return next((solution for solution in reversed(self.solutions) if solution.solved), None)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the last iterate may be driven by its QP, and goes past everything."""
+        return not (self.problem or self.corridor_infeasible)
+
+    @property
+    def plan(self) -> Trajectory:
+        """The last iterate."""
+        return self.solutions[-1].trajectory
+
+    def then(self, other: SqpResult) -> SqpResult:
+        """Both in order: the second counts, unless there was no time for it."""
+        if not other.solutions:
+            return self
+        return replace(other, solutions=(*self.solutions, *other.solutions))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InitialIterate:
+    """Where a search begins.
+
+    Attributes:
+        last: the solution to resume; guess: or a trajectory to start clean from.
+        iterate: of the first QP, from an earlier cycle.
+        least, most: numbers of iterations; settled: fewer than `least` if one of them moves the plan by less
+            than this for each second ahead [m/s].
+        first: for the first plan of an objective, which must not go through anything static.
+        reaching: until it ends within the tolerance of its target.
+        damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
+        unsolved: number of QPs that may remain unsolved.
+    """
+
+    last: Solution | None = None
+    guess: Trajectory | None = None
+    iterate: tuple[Array, Array] | None = None
+    most: int
+    damping: float
+    least: int = 1
+    settled: float = 0.0
+    first: bool = False
+    reaching: bool = False
+    steps: Steps | None = None
+    patience: int = 1
+    unsolved: int = 1
+
+
+def from_last(solution: Solution | None) -> InitialIterate:
+    """One iteration a cycle, more while there is a problem. The damping of a first guess fades."""
+    damping = DAMPING if solution is None else max(DAMPING, DAMPING_SHARE * solution.damping)
+    return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
+
+
+def clean(plan: Trajectory) -> InitialIterate:
+    """Again from the last valid plan, with nothing kept of the solver's results since."""
+    return replace(from_last(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
+
+
+def from_guess(guess: Trajectory) -> InitialIterate:
+    """The first plan of an objective."""
+    return InitialIterate(
+        guess=guess,
+        first=True,
+        least=FIRST_ITERATIONS,
+        settled=SETTLED,
+        most=ITERATIONS,
+        damping=FIRST_DAMPING,
+        steps=COLD,
+        patience=FIRST_PATIENCE,
+        unsolved=UNSOLVED,
+    )
+
+
+def further(attempt: SqpResult) -> InitialIterate:
+    """As many iterations again, for a plan that has not converged far ahead."""
+    started = from_guess(attempt.plan)
+    return replace(started, last=attempt.solved, guess=None, least=started.most, settled=0.0)
+
+
+def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
+    """The first plan of an objective, resumed; `guess`: for a search without a solution."""
+    started, done = from_guess(guess), search.iterations
+    return replace(
+        started,
+        last=search.solution,
+        guess=guess if search.solution is None else None,
+        iterate=search.iterate,
+        least=max(started.least - done, 1),
+        most=max(started.most - done, 1),
+    )
+
+
+def converge(
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
+) -> SqpResult:
+    """Iterate until the last iterate can be driven, or the time is up."""
+    solutions: list[Solution] = []
+    problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
+    last, guess = start.last, start.guess
+    while len(solutions) < start.most:
+        out_of_time = not clock.grants()
+        if out_of_time:
+            problem = problem or NO_TIME
+            break
+        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
+        found = _iterate(mpcc, s, context, begin, clock)
+        solutions.append(found)
+        if found.solved:
+            last, guess = found, None
+        unsolved += not found.solved
+        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance)
+        corridor_infeasible = start.first and _corridor_infeasible(
+            found, context.target, mpcc.config, arriving=s.task.arrival is not None
+        )
+        out_of_time = _was_cut(found)
+        enough = len(solutions) >= start.least or _settled(solutions, start.settled)
+        fits = enough and not problem and not corridor_infeasible
+        fits = fits and (not start.reaching or context.reached_by(found.trajectory))
+        if out_of_time or unsolved >= start.unsolved or fits:
+            break
+    return SqpResult(
+        solutions=tuple(solutions),
+        problem=problem,
+        corridor_infeasible=corridor_infeasible,
+        out_of_time=out_of_time,
+    )
+
+
+def _settled(solutions: Sequence[Solution], speed: float) -> bool:
+    """Whether the last two plans part by less than `speed` [m/s]."""
+    if len(solutions) < 2 or speed == 0.0:
+        return False
+    before, now = (solution.trajectory for solution in solutions[-2:])
+    apart = np.hypot(*(now.states - before.states)[1:, [X, Y]].T)
+    return bool((apart <= speed * (now.times[1:] - now.times[0])).all())
+
+
+def _was_cut(solution: Solution) -> bool:
+    return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
+
+
+def _iterate(
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
+) -> Solution:
+    """One real-time iteration."""
+    mpcc.prepare(
+        context.start_time,
+        target=context.target,
+        last=start.last,
+        plan=start.guess,
+        objective=s.task.objective,
+        damping=start.damping,
+        steps=start.steps,
+        again=start.iterate is not None,
+        disturbance=s.vehicle.disturbance,
+        before=context.acceleration,
+        first=s.plans.driven is None,
+    )
+    solution = mpcc.feedback(
+        context.state, context.start_time, ends=clock.ends(), iterate=start.iterate, patience=start.patience
+    )
+    clock.took(solution.stopped)
+    return solution
+
+
+def suspended(
+    s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
+) -> ControllerState:
+    """With a search that ran out of time kept for the next cycle. After an unsolved QP it restarts at the
+    first guess. `done`: iterations before those of the attempt, where it resumes no suspended search."""
+    if not attempt.out_of_time:
+        return s.suspending(None)
+    before = s.plans.suspended
+    if before is not None and not attempt.solutions:
+        return s
+    ends = attempt.solutions[-1] if attempt.solutions else None
+    afresh = ends is not None and not (ends.solved or _was_cut(ends))
+    search = SuspendedSearch(
+        solution=None if afresh else attempt.solved or (before.solution if before else None),
+        iterate=None if ends is None else ends.iterate,
+        iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
+        target=context.target,
+        arrival=s.task.arrival,
+    )
+    return s.suspending(search)
+
+
+def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
+    """The trajectory at which the iterations of the chosen objective start."""
+    config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
+    horizon = config.cruise_horizon if arrival is None else schedule.duration(context, config)
+    times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
+    if s.task.objective.kind is Objective.CONTOURING:
+        return cruise_guess(part, target, context.state, times, context.profile, config)
+    return arrival_guess(part, target, context.state, times, context.distance, context.profile, config)
+
+
+def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
+    """Whether the last iterate goes past everything to within a share of the target's tolerance."""
+    return attempt.fits and context.reached_by(attempt.plan, share)
+
+
+def _corridor_infeasible(
+    solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
+) -> bool:
+    if float(solution.slack.max()) > BLOCKED_SLACK:
+        return True
+    end, (position, heading) = solution.trajectory.states[-1], GOAL_CLIP
+    left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
+    return arriving and (left > position or abs(end[PHI] - target.pose.phi) > heading)
+
+
+def rejection_reason(
+    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED
+) -> str:
+    """Why a solution must not be driven, or ""."""
+    if not solution.solved:
+        return f"the QP was not solved: {solution.status}"
+    plan, limits = solution.trajectory, config.limits
+    if not (all_finite(plan.states) and all_finite(plan.controls)):
+        return "the plan is not finite"
+    a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
+    most = 1.0 + INPUT_EXCESS
+    if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
+        return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
+    slack = float(solution.slack.max())
+    if slack > BLOCKED_SLACK + float(solution.slack[0]):
+        return f"the plan leaves the corridor by {slack:.2f} m"
+    found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
+    if found.drift > POSITION_DEFECT or found.turn > HEADING_DEFECT:
+        return f"the plan breaks the dynamics by {found.drift:.2f} m and {np.degrees(found.turn):.1f} deg"
+    return _far_ahead(plan, found, config, disturbance)
+
+
+def _far_ahead(plan: Trajectory, found: Extremes, config: ControllerConfig, disturbance: Disturbance) -> str:
+    """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
+    limits, most = config.limits, 1.0 + INPUT_EXCESS
+    _, _, position, heading, speed, angle, a, rate = found
+    turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
+    begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))
+    if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):
+        return f"the plan leaves the limits: v = {speed:.3g} m/s, delta = {angle:.3g} rad"
+    share = disturbance.gain * limits.acceleration + abs(disturbance.acceleration)
+    if a > most * share or rate > most * limits.steering_rate:
+        return f"the plan leaves the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
+    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
+        return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
+    return ""

@@ -1,1 +1,0 @@
-"""Which solution is driven, and what is driven instead."""

@@ -1,0 +1,182 @@
+"""The inputs of a cycle, checked. No value raises: unusable inputs are ignored, with a remark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from estimation import Frame, GoalMeasurement
+from estimation.measurement import is_time
+from geometry import Pose2, ReferencePath, RtiMpccError
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.types import Array, Obstacle
+from rti_mpcc.world import goals
+from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
+from rti_mpcc.world.surroundings import Surroundings
+from rti_mpcc.world.world import ClockState, GoalState
+
+STOOD_CYCLES = 3  # after which a clock that has not moved stands still
+LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
+
+
+def goal_in(
+    given: Pose2 | None,
+    known: GoalState,
+    path: ReferencePath,
+    surroundings: Surroundings,
+    config: ControllerConfig,
+) -> tuple[GoalState, Pose2 | None]:
+    """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
+    an obstacle comes there; a rejected one has to be given again."""
+    taken, refusal, given_fit = None, known.refusal, known.given_fit
+    if given is not None:
+        came, refusal = _pose(given)
+        goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
+        if came != known.given:
+            known = replace(known, given=came)
+        if goal is not None and goal != known.planned:
+            given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
+            taken = None if given_fit.problem else goal
+            refusal = ""
+            if given_fit.problem:
+                refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
+    fit = known.fit if taken is None else given_fit
+    if fit is None and surroundings.corridor.area is None:
+        fit = goals.end_checked(path, surroundings, config)
+    if fit is known.fit and given_fit is known.given_fit and refusal == known.refusal:
+        return known, taken
+    return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
+
+
+def usable_goal(given: Pose2) -> Pose2 | None:
+    """A goal as a pose that a route can be planned to, or None."""
+    return _pose(given)[0]
+
+
+def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
+    """A goal as a pose to work with, or None, and why it is none."""
+    try:
+        x, y, phi = given.x, given.y, given.phi
+    except AttributeError:
+        return None, f"goal rejected: expected Pose2, got {type(given).__name__}"
+    if not _all_finite(x, y, phi):
+        return None, f"goal ({x}, {y}, {phi}) rejected: not finite"
+    goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
+    if max(abs(x), abs(y)) > FARTHEST:
+        return None, f"goal {_text(goal)} rejected: coordinates at most {FARTHEST:g} m"
+    if abs(phi) > LARGEST_HEADING:
+        return None, f"goal {_text(goal)} rejected: heading at most {LARGEST_HEADING:g} rad"
+    return goal, ""
+
+
+def _text(goal: Pose2) -> str:
+    return f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
+
+
+def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float) -> Surroundings:
+    """The surroundings with these obstacles at `now` [s], or as known, and why they are not usable."""
+    if obstacles is None:
+        return known
+    try:
+        outlines, problem = _outlines(obstacles)
+        if not problem:
+            return known.updated(outlines, now)
+    except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
+        problem = f"obstacles not readable: {_line(error)}"
+    return replace(known, unreadable=problem)
+
+
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
+    """The obstacles, bare ones as arrays, none farther than `FARTHEST`, and why they are unusable, or ""."""
+    outlines: list[Array | Obstacle] = []
+    try:
+        given = list(obstacles)
+    except TypeError:
+        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
+    for k, outline in enumerate(given):
+        try:
+            corners = np.asarray(outline, dtype=np.float64)
+        except (ValueError, TypeError, OverflowError) as error:
+            return outlines, f"obstacles[{k}] not readable: {_line(error)}"
+        outlines.append(outline if isinstance(outline, Obstacle) else corners)
+        problem = _far_outline(corners)
+        if problem:
+            return outlines, f"obstacles[{k}] {problem}"
+    return outlines, ""
+
+
+def _far_outline(outline: Array) -> str:
+    """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
+    if outline.ndim == 0:
+        return ""
+    odd = ~(np.abs(outline) <= FARTHEST)
+    if not odd.any():
+        return ""
+    value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
+    why = f"not near, at most {FARTHEST:g} m" if isfinite(value) else "not finite"
+    return f"{why}: {value:.6g} in corner {corner}"
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
+    """Those that are detections, and a remark on the first one that is not, or ""."""
+    try:
+        given: tuple[object, ...] = () if measurements is None else tuple(measurements)
+    except TypeError:
+        return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
+    good = tuple(measurement for measurement in given if _is_detection(measurement))
+    if len(good) == len(given):
+        return good, ""
+    k, odd = next((k, one) for k, one in enumerate(given) if not _is_detection(one))
+    if isinstance(odd, GoalMeasurement):
+        return good, f"measurements[{k}] ignored: not all of its values are numbers, poses or frames"
+    return good, f"measurements[{k}] ignored: expected GoalMeasurement, got {type(odd).__name__}"
+
+
+def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
+    if not isinstance(given, GoalMeasurement) or not isinstance(given.frame, Frame):
+        return False
+    v = given.vehicle
+    try:
+        pose = () if v is None else (v.x, v.y, v.phi)
+        for number in (given.stamp, given.x, given.y, given.phi, *pose):
+            isfinite(number)
+    except (AttributeError, TypeError, ValueError, OverflowError):
+        return False
+    return True
+
+
+def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:
+    """The controller's clock at the user's `now` [s], and what is wrong with that, or "".
+
+    It never runs back: if the user's clock does, or leaps ahead, or shows no number, one cycle counts as
+    passed, and the two are `offset` apart from then on.
+    """
+    last, cycle = clock.time, config.cycle
+    if not _all_finite(now) or not is_time(now):
+        return replace(clock, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+    stood = clock.stood + 1 if now == clock.shown else 0
+    own, offset, word = now + clock.offset, clock.offset, ""
+    if stood >= STOOD_CYCLES:
+        word = "the clock stands still"
+    elif last is not None and not last <= own <= last + LEAP:
+        word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
+    if word:
+        own = cycle if last is None else last + cycle
+        offset = own - now
+    return ClockState(time=own, offset=offset, shown=float(now), stood=stood), word
+
+
+def _all_finite(*values: float) -> bool:
+    try:
+        return all(isfinite(value) for value in values)
+    except (TypeError, ValueError, OverflowError):
+        return False

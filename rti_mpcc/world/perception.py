@@ -1,0 +1,132 @@
+"""What is known after the inputs of one more cycle: of the vehicle, its surroundings, and its goal.
+
+No input makes it raise: unusable ones are ignored, with a remark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation.goal_filter import CLOCK_SKEW
+from geometry import PathPart, Pose2, ReferencePath
+from geometry.angles import degrees_hint
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.types import VehicleState
+from rti_mpcc.world import actuators, goal_setpoint, goals, inputs, vehicle
+from rti_mpcc.world.monitor import StateMonitor, validate_measurement
+from rti_mpcc.world.world import GoalState, W, World, disturbance_by
+
+
+class Perception:
+    """Turns what `step` is given into what is known, with the filter of the goal's detections."""
+
+    def __init__(self, config: ControllerConfig) -> None:
+        self._config = config
+        # Made in any case: a first detection while driving must not wait for what the filter loads.
+        self._filter = GoalPoseFilter(config.goal_tracking.filter)
+        self._filtering = config.goal_tracking.required
+
+    def forget_goal(self) -> None:
+        """Of another goal nothing was detected yet."""
+        self._filter.reset()
+
+    def updated(
+        self,
+        s: W,
+        measured: VehicleState,
+        now: float,
+        goal: Pose2 | None,
+        obstacles: Sequence[ArrayLike] | None,
+        *,
+        path: ReferencePath,
+        part: PathPart,
+        holds: bool,
+    ) -> tuple[W, tuple[str, ...]]:
+        """With the usable inputs, and remarks on the others.
+
+        `path`: that is driven, and its `part`; `holds`: the vehicle is held at its dock.
+        """
+        config, last = self._config, s.vehicle
+        clock, clock_remark = inputs.timed(s.clock, now, config)
+        area = inputs.surroundings_in(s.area, obstacles, clock.now)
+        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        records, answer = actuators.compare_actuators(s, monitor, config)
+        corrected = ""
+        if answer != last.actuators:
+            s, monitor, corrected = actuators.correct_actuators(s, monitor, records, answer, config)
+        known = vehicle.learnt(s, monitor, records[0], holds, config)
+        monitor = monitor.doubting(area.unreadable, last.monitor)
+        hint = _heading_hint(s, monitor, part)
+        estimate = replace(
+            s.vehicle,
+            monitor=monitor,
+            offsets=known,
+            disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
+            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            heading_hint=hint,
+            records=records,
+            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
+        )
+        known_goal, another = inputs.goal_in(goal, s.goal, path, area, config)
+        if another is not None:
+            known_goal = self.with_goal(known_goal, another)
+        s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
+        return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, known))
+
+    def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:
+        """With another planned goal; the detections of another dock start anew."""
+        dock = known.dock
+        if goal and dock and goal.relative_to(dock).within(self._config.goal_tolerance):
+            return goal_setpoint.with_goal_corrected(known, goal)
+        self.forget_goal()
+        return goal_setpoint.with_goal(known, goal)
+
+    def located(
+        self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath, end: Pose2 | None
+    ) -> tuple[W, tuple[Judgement, ...], str]:
+        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs.
+
+        `end`: where the path leads without a goal, or None.
+        """
+        measurements, unfit = inputs.measurements_in(given)
+        self._filtering = self._filtering or bool(measurements)
+        if not self._filtering:
+            refused = goal_setpoint.undetected(s.goal, (), unfit)
+            if refused != s.goal.undetected:
+                s = replace(s, goal=replace(s.goal, undetected=refused))
+            return s, (), unfit
+        self._filter.expect(goal_setpoint.prior(s.goal, end))
+        self._filter.predict(s.now)
+        judgements = []
+        for measurement in measurements:
+            # With its stamp on the controller's own clock, and the vehicle's pose then.
+            stamp = measurement.stamp + s.clock.offset
+            at = measurement.vehicle or s.vehicle.poses.at(stamp, ahead=CLOCK_SKEW)
+            judgement = self._filter.update(replace(measurement, stamp=stamp, vehicle=at))
+            judgements.append(replace(judgement, stamp=measurement.stamp))
+        estimate = self._filter.estimate(s.now)
+        fit = None
+        if estimate.pose is not None:
+            fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, path, s.area, self._config)
+        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.now, self._config, fit)
+        goal = replace(goal, undetected=goal_setpoint.undetected(goal, judgements, unfit))
+        return replace(s, goal=goal), tuple(judgements), unfit
+
+
+def _heading_hint(s: World, monitor: StateMonitor, part: PathPart) -> str:
+    """The remark on the first measured heading, as long as one as large is measured."""
+    state, measured = monitor.state, monitor.measured
+    hint = "" if measured is None else degrees_hint("heading", float(measured[PHI]))
+    if state is None or not hint:
+        return ""
+    if s.vehicle.monitor.state is not None:
+        return s.vehicle.heading_hint
+    if s.area.corridor.area is not None:
+        return hint
+    here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    return goals.degrees_beside("heading", here, part)

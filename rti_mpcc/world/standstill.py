@@ -1,0 +1,271 @@
+"""Does the vehicle stand? Judged by the measured speed, and by the poses of the last moments.
+
+A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
+the measured speeds explain, and the difference is added to the measured speed.
+
+A car stands if it is slower than 0.02 m/s, a small vehicle if it is slower by its size; at the dock it must
+come to rest within a third of the tolerance. Whether it stays there: `drive.holding`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, exp, inf, sin, sqrt
+from operator import attrgetter
+
+import numpy as np
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand, mean_rates
+from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.types import Array
+from rti_mpcc.world.monitor import StateMonitor
+
+STANDSTILL_SPEED = 0.02
+"""A slower vehicle stands [m/s]: it moves by a millimetre in a cycle."""
+REST_SHARE = 1.0 / 3.0  # of the tolerance, that a docked vehicle moves at most
+UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
+LAG = 0.3  # [s] of a drive, or by which it lags otherwise than was found
+MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
+WINDOW = 1.0  # [s] over which motion is looked at
+SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
+FEWEST = 4  # moments that tell a speed
+NOISE = 3.0  # standard deviations that noise explains
+PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded has to stand
+LEAST_MOMENTS = 6  # for an acceleration by poses
+LEAST_NOISE = 1e-4  # [m], [m/s], standard deviation of poses and speeds without noise
+LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
+_at = attrgetter("at")
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReading:
+    """At time `at` [s].
+
+    Attributes:
+        driven: distance along the axis by poses [m]; speed: estimated [m/s]; measured: by the sensor [m/s].
+        unexplained: the estimated speed less what commands and disturbance make of it [m/s].
+        gained, planned: speed [m/s] and distance [m] by the commands alone.
+        commanded: acceleration until then [m/s²]; coming: what of it a drive that lags by `LAG` has not made.
+    """
+
+    at: float
+    driven: float = 0.0
+    unexplained: float = 0.0
+    speed: float = 0.0
+    measured: float = 0.0
+    gained: float = 0.0
+    planned: float = 0.0
+    commanded: float = 0.0
+    coming: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisMotion:
+    """What poses and speeds say of the motion along the body's axis.
+
+    Attributes:
+        moments: of the last `WINDOW`.
+        pose: the last one, x [m], y [m], heading [rad].
+        noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+    """
+
+    moments: tuple[AxisReading, ...] = ()
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    noise: tuple[float, float] = (0.0, 0.0)
+
+    def noted(
+        self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
+    ) -> AxisMotion:
+        """With the estimate of this cycle; nothing is known of the time before one that is doubted.
+
+        `queue`, `disturbance`: as known in the last cycle.
+        """
+        state, now = monitor.state, monitor.at
+        if state is None or monitor.doubt:
+            return AxisMotion()
+        pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
+        measured = speed if monitor.measured is None else float(monitor.measured[V])
+        stds = monitor.noise.stds
+        noise = stds[0], stds[3]
+        last = self.moments[-1] if self.moments else None
+        if last is not None and now == last.at:
+            return self
+        if last is None or monitor.relocalised or not 0.0 < now - last.at <= LARGEST_STEP:
+            first = AxisReading(now, speed=speed, measured=measured)
+            return AxisMotion(moments=(first,), pose=pose, noise=noise)
+        heading = 0.5 * (pose[2] + self.pose[2])
+        step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
+        seconds = now - last.at
+        commanded = mean_rates(queue, last.at, now)[0]
+        gained = commanded * seconds
+        moment = AxisReading(
+            now,
+            driven=last.driven + step,
+            unexplained=last.unexplained + speed - last.speed - disturbance.acting(commanded) * seconds,
+            speed=speed,
+            measured=measured,
+            gained=last.gained + gained,
+            planned=last.planned + (last.gained + 0.5 * gained) * seconds,
+            commanded=commanded,
+            coming=(last.coming + commanded - last.commanded) * exp(-seconds / LAG),
+        )
+        kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
+        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
+
+    def unseen(self, config: ControllerConfig) -> float:
+        """Speed [m/s] of a vehicle that is measured to stand, by its poses.
+
+        0 if it is not measured to stand, or if it is slow, or if noise may be all of it.
+        """
+        found, std = self.by_poses(config)
+        return found if abs(found) > max(least_unseen(config), NOISE * std) else 0.0
+
+    def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
+        """What the poses say of the speed beyond what is measured [m/s], and its standard deviation.
+
+        By as few poses as noise allows. 0 and inf if the vehicle is not measured to stand, or if the measured
+        speed changes: a sensor in its dead band measures the same again and again.
+        """
+        rest: list[AxisReading] = []
+        still = moving_speed(config)
+        for moment in reversed(self._last(SLIP_TIME)):
+            if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
+                break
+            rest.append(moment)
+        if len(rest) < FEWEST:
+            return 0.0, inf
+        for count in (FEWEST, 2 * FEWEST, len(rest)):
+            last = rest[:count]
+            found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
+            if NOISE * std <= least_unseen(config):
+                break
+        return found - sum(m.speed for m in last) / len(last), std
+
+    def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
+        """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
+        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise[0])
+
+    def speed_beyond_noise(self, seconds: float) -> float:
+        """The same [m/s], less what noise explains."""
+        speed, std = self.pose_speed(seconds)
+        return max(abs(speed) - NOISE * std, 0.0)
+
+    def spread(self, seconds: float = WINDOW) -> float:
+        """How far the poses of the last `seconds` are apart [m]."""
+        driven = [m.driven for m in self._last(seconds)]
+        return max(driven) - min(driven) if driven else 0.0
+
+    def unexplained(self) -> float:
+        """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
+        within `SLIP_TIME`, or evenly within `WINDOW`."""
+        found = [m.unexplained for m in self._last(SLIP_TIME)]
+        at_once = max(found) - min(found) - NOISE * self.noise[1] if found else 0.0
+        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
+        return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
+
+    def surprise(self) -> float:
+        """Unexpected acceleration of the last two cycles [m/s²], beyond what noise explains."""
+        if len(self.moments) < 3:
+            return 0.0
+        first, last = self.moments[-3], self.moments[-1]
+        change = abs(last.unexplained - first.unexplained) - NOISE * self.noise[1]
+        return max(change, 0.0) / (last.at - first.at)
+
+    def still_coming(self) -> float:
+        """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""
+        return self.moments[-1].coming if self.moments else inf
+
+    def beside(self, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
+        """Acceleration that acts beside the commands [m/s²], and its standard deviation.
+
+        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
+        A lag of the drive that is not known, about `lag` [s], is no such acceleration.
+        """
+        if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
+            return 0.0, inf
+        t = np.array([m.at - self.moments[-1].at for m in self.moments])
+        driven, planned, speeds, gained = np.array(
+            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
+        ).T
+        one, rates = np.ones(len(t)), np.gradient(gained, t)
+        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0], lag)
+        if self.unseen(config) != 0.0:
+            return by_poses
+        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1], lag)
+        return min(by_poses, by_speeds, key=lambda each: each[1])
+
+    @property
+    def seconds(self) -> float:
+        """For which the motion is known [s]."""
+        return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
+
+    def _last(self, seconds: float) -> tuple[AxisReading, ...]:
+        now = self.moments[-1].at if self.moments else 0.0
+        return self.moments[bisect_left(self.moments, now - seconds - 1e-9, key=_at) :]
+
+
+def rest_speed(config: ControllerConfig) -> float:
+    """A slower vehicle stands [m/s]."""
+    return STANDSTILL_SPEED * config.size
+
+
+def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
+    """By which a vehicle that is docked within this tolerance moves at most [m]."""
+    return REST_SHARE * min(*tolerance[:2], *config.goal_tolerance[:2])
+
+
+def dock_speed(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
+    """A slower vehicle stands at its dock [m/s]: within `UNKNOWN_LAG` it moves by `rest_distance` at most."""
+    return min(rest_speed(config), rest_distance(tolerance, config) / UNKNOWN_LAG)
+
+
+def moving_speed(config: ControllerConfig) -> float:
+    """A vehicle that stands is measured faster [m/s] before it moves."""
+    return MOVING_FACTOR * rest_speed(config)
+
+
+def update_standing(since: float | None, speeds: tuple[float, ...], now: float, least: float) -> float | None:
+    """Since when the vehicle stands [s], or None.
+
+    `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].
+    """
+    most = least if since is None else MOVING_FACTOR * least
+    if any(abs(speed) > most for speed in speeds):
+        return None
+    return now if since is None else since
+
+
+def least_unseen(config: ControllerConfig) -> float:
+    """A speed that is not measured matters from here on [m/s]."""
+    return 0.5 * dock_speed(config.goal_tolerance, config)
+
+
+def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Slope of the line through points (t, value), and its standard deviation; `noise`: that of a value."""
+    n = len(points)
+    if n < 3:
+        return 0.0, 0.0
+    t0, y0 = sum(t for t, _ in points) / n, sum(y for _, y in points) / n
+    square = sum((t - t0) ** 2 for t, _ in points)
+    if square <= 0.0:
+        return 0.0, 0.0
+    return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
+
+
+def _coefficient(
+    wanted: Array, others: Sequence[Array], by_lag: Array, values: Array, noise: float, lag: float
+) -> tuple[float, float]:
+    """How much of a course is in `values`, beside `others`, and its standard deviation.
+
+    A drive that lags by about `lag` [s] takes that time of `by_lag` from them.
+    """
+    columns = np.stack((wanted, *others, by_lag)) / max(noise, LEAST_NOISE)
+    precision = columns @ columns.T
+    precision[-1, -1] += lag**-2.0
+    covariance = np.linalg.inv(precision)
+    found = covariance @ columns @ (values / max(noise, LEAST_NOISE))
+    return float(found[0]), sqrt(float(covariance[0, 0]))

@@ -1,0 +1,108 @@
+"""Which obstacles are seen to move, and how fast: known positions, noise, gaps, other orders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rti_mpcc import InputError, Obstacle
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.types import Array
+from rti_mpcc.world.surroundings import TrackedObstacle, observed
+from tests.rti_mpcc.encounters import square
+
+CYCLE = 0.05
+CONFIG = ControllerConfig()
+
+
+def watched(
+    places: Callable[[float], Sequence[Array | Obstacle]], seconds: float
+) -> tuple[TrackedObstacle, ...]:
+    """What is known after so long of being told the outlines in every cycle."""
+    known: tuple[TrackedObstacle, ...] = ()
+    for k in range(round(seconds / CYCLE) + 1):
+        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE)
+    return known
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
+def test_the_velocity_is_what_the_middle_does(speed: float) -> None:
+    (found,) = watched(lambda t: [square(1.0 + 0.6 * speed * t, 2.0 - 0.8 * speed * t, 0.5)], 1.0)
+    assert found.moves
+    assert found.velocity == pytest.approx([0.6 * speed, -0.8 * speed], abs=1e-9)
+    assert found.speed == pytest.approx(speed)
+
+
+def test_noise_of_a_centimetre_is_no_motion() -> None:
+    rng = np.random.default_rng(3)
+    (found,) = watched(lambda t: [square(5.0, 1.0, 0.6) + rng.normal(0.0, 0.01, 2)], 10.0)
+    assert not found.moves
+
+
+def test_they_are_told_apart_in_whatever_order_they_come() -> None:
+    rng = np.random.default_rng(5)
+
+    def places(t: float) -> list[Array]:
+        outlines = [square(t, 0.0, 0.5), square(0.0, 8.0 - 2.0 * t, 0.5), square(9.0, 9.0, 0.5)]
+        return [outlines[k] for k in rng.permutation(3)]
+
+    found = sorted(watched(places, 1.0), key=lambda each: each.speed)
+    assert [each.moves for each in found] == [False, True, True]
+    assert found[1].velocity == pytest.approx([1.0, 0.0])
+    assert found[2].velocity == pytest.approx([0.0, -2.0])
+    assert sorted(each.index for each in found) == [0, 1, 2]
+
+
+# -- obstacles that say how they move ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("velocity", "turn_rate"), [((1.0, -0.5), 0.0), ((0.0, 0.0), 0.3)])
+def test_what_says_how_it_moves_moves_from_the_first_cycle_on(
+    velocity: tuple[float, float], turn_rate: float
+) -> None:
+    cart = Obstacle(square(5.0, 1.0, 0.6), velocity, turn_rate, "cart")
+    (found,) = observed((), [cart], 0.0, -CYCLE)
+    assert found.moves
+    assert (found.velocity.tolist(), found.turn_rate, found.name) == (list(velocity), turn_rate, "cart")
+    assert found.turning == pytest.approx(turn_rate * np.hypot(0.3, 0.3))
+
+
+def test_what_says_that_it_stands_is_static_and_keeps_its_outline_within_noise() -> None:
+    rng = np.random.default_rng(3)
+    first = square(5.0, 1.0, 0.6)
+    known = observed((), [Obstacle(first, (0.0, 0.0))], 0.0, -CYCLE)
+    for k in range(1, 40):
+        noisy = Obstacle(first + rng.normal(0.0, 0.005, 2), (0.0, 0.0))
+        known = observed(known, [noisy], k * CYCLE, (k - 1) * CYCLE)
+        assert not known[0].moves
+        assert known[0].outline.tolist() == first.tolist()
+    (found,) = observed(known, [Obstacle(square(5.2, 1.0, 0.6), (0.0, 0.0))], 2.0, 1.95)
+    assert not found.moves
+    assert found.outline.tolist() == square(5.2, 1.0, 0.6).tolist()
+
+
+def test_without_a_velocity_it_is_found_as_of_a_bare_polygon() -> None:
+    (bare,) = watched(lambda t: [square(1.0 + t, 2.0, 0.5)], 1.0)
+    (named,) = watched(lambda t: [Obstacle(square(1.0 + t, 2.0, 0.5), name="cart")], 1.0)
+    assert named.velocity.tolist() == bare.velocity.tolist()
+    assert named.name == "cart"
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"polygon": [(0.0, 0.0), (1.0, np.nan)]}, "Obstacle.polygon[1]"),
+        ({"polygon": [0.0, 1.0]}, "Obstacle.polygon has shape (2,)"),
+        ({"velocity": (np.nan, 0.0)}, "Obstacle.velocity"),
+        ({"velocity": 1.0}, "Obstacle.velocity"),
+        ({"velocity": (0.0, 200.0)}, "at most 100"),
+        ({"turn_rate": np.inf}, "Obstacle.turn_rate"),
+    ],
+)
+def test_a_wrong_obstacle_is_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Obstacle(**{"polygon": square(0.0, 0.0, 1.0), **given})
+    assert said in str(caught.value)
