@@ -54,5 +54,5 @@ def test_the_python_blocks_run_as_typed_and_dock(
     assert re.fullmatch(r"\d\d\.\d m on \d segments, 0\.\d\d m clear", planned)
     assert stands == "Status.PLANNING planning a route: there is none yet"
     assert expected == "docks after about 22.7 s"
-    assert comfort.startswith("Comfort(acceleration=0.179")
+    assert comfort.startswith("Comfort(acceleration=0.173")
     assert replayed == "identical"
