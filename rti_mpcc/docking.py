@@ -48,7 +48,7 @@ from rti_mpcc.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.perception import Perception
-from rti_mpcc.world.standstill import dock_speed, rest_speed
+from rti_mpcc.world.standstill import dock_speed
 from rti_mpcc.world.surroundings import Surroundings, area_along
 from rti_mpcc.world.vehicle import predicted
 
@@ -105,7 +105,7 @@ class DockingController:
             from rti_mpcc.course.replanning import Replanner
 
             replanner = Replanner(area, config.changed(route=config.route.along_path()))
-        task = Task(segments=self.segments or segments_of(path, config))
+        task = Task.of(self.segments or segments_of(path, config))
         started = ControllerState(area=around, path=path, task=task)
         if replanner is not None:
             started = replace(started, route=RouteState(end=path.end, routes=1))
@@ -129,7 +129,7 @@ class DockingController:
         config = config or ControllerConfig()
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
         started = ControllerState(
-            area=Surroundings.in_area(area), path=path, task=Task(segments=segments), route=RouteState()
+            area=Surroundings.in_area(area), path=path, task=Task.of(segments), route=RouteState()
         )
         self.segments = None
         self._begin(
@@ -333,7 +333,7 @@ class DockingController:
         """
         if not first_plan.reachability_is_due(s, self.config):
             return s
-        last = Task(segments=(s.task.segments[-1],))
+        last = Task(segment=(s.task.segment, *s.task.later)[-1])
         trial = self._targeted(replace(s, task=last, plans=Plans(), start_state=None))
         segment = trial.task.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
@@ -407,7 +407,7 @@ def _proportions(config: ControllerConfig) -> str:
         f"vehicle of {vehicle.front + vehicle.rear:.2f} m: "
         f"clearance {kept.least:.3g} m at least, {kept.wanted:.3g} m wanted, "
         f"{kept.on_routes:.3g} m on routes; other lengths are {100.0 * config.size:.0f} % of those for cars; "
-        f"it stands below {rest_speed(config):.3g} m/s, at the dock {dock_speed(tolerance, config):.3g} m/s"
+        f"it stands below {config.rest_speed:.3g} m/s, at the dock {dock_speed(tolerance, config):.3g} m/s"
     )
 
 

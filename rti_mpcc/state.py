@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any, Self
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
@@ -118,7 +119,7 @@ class Task:
     """What the vehicle does on its segment.
 
     Attributes:
-        segments: the rest of the manoeuvre, the first one being driven.
+        segment: the one that is driven; later: those that come after it.
         target: of the segment; None before the first cycle.
         stop: in front of what blocks the segment; None where it is clear.
         arrival: the planned one, or None while contouring.
@@ -133,7 +134,8 @@ class Task:
         at_once: commanded to stand, the vehicle brakes as hard as it can.
     """
 
-    segments: Segments
+    segment: Segment
+    later: Segments = ()
     phase: Phase = Phase.STARTING
     target: Target | None = None
     stop: PlannedStop | None = None
@@ -148,10 +150,10 @@ class Task:
     driving_since: float = 0.0
     at_once: bool = False
 
-    @property
-    def segment(self) -> Segment:
-        """The segment that is driven."""
-        return self.segments[0]
+    @classmethod
+    def of(cls, segments: Segments, **state: Any) -> Self:
+        """At the first of these segments."""
+        return cls(segment=segments[0], later=segments[1:], **state)
 
     @property
     def end(self) -> SegmentEnd:

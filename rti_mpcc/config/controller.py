@@ -36,6 +36,9 @@ BRISK_EFFORT = 0.04
 """Share of the effort's weight in a brisk ride: the time constant of a cruise falls from 12 s to 2.4 s."""
 PLANNED_SHARE = 0.88  # of comfort, and of the speed in narrow places: the rest is for corrections
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
+STANDSTILL_SPEED = 0.02
+"""A slower car stands [m/s]: it moves by a millimetre in a cycle."""
+MOVING_FACTOR = 2.0  # times that speed: noise of a vehicle that stands is no motion
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
 TIGHT = 0.03
@@ -173,12 +176,12 @@ class ControllerConfig(Settings):
             self.comfort_acceleration / RAMP if self.comfort_jerk is None else self.comfort_jerk,
         )
 
-    @property
+    @cached_property
     def arrival(self) -> bool:
         """Whether an arrival at rest is planned; otherwise contouring goes on to the end."""
         return self.objective.plans_arrival
 
-    @property
+    @cached_property
     def planned_minimum(self) -> float:
         """What plans keep where there is no room for `Clearance.wanted` [m].
 
@@ -187,44 +190,44 @@ class ControllerConfig(Settings):
         least = self.clearance.least
         return least + min(CONTACT_TOLERANCE, max(least - TIGHT, 0.0))
 
-    @property
+    @cached_property
     def arrival_acceleration(self) -> float:
         """What the time of a planned arrival is chosen for [m/s²], (T4)."""
         return PLANNED_SHARE * self.comfort_acceleration
 
-    @property
+    @cached_property
     def arrival_reach(self) -> float:
         """Way of the longest arrival at the default comfort acceleration [m]."""
         return COMFORT_ACCELERATION * self.arrival_horizon**2 / 6.0
 
-    @property
+    @cached_property
     def cruise_speed(self) -> float:
         """Speed of a cruise [m/s]: from it an arrival at the comfort acceleration is begun in time."""
         if not self.arrival:
             return self.limits.speed
         return min(self.limits.speed, 0.5 * self.arrival_acceleration * self.arrival_horizon)
 
-    @property
+    @cached_property
     def effort(self) -> float:
         """Weight on the squared acceleration [s⁴/m²]: comfort bounds that of a brisk ride."""
         return self.weights.acceleration * (BRISK_EFFORT if self.ride == "brisk" else 1.0)
 
-    @property
+    @cached_property
     def planned_acceleration(self) -> float:
         """Largest that a plan may have, besides the limits [m/s²]."""
         return inf if self.ride == "smooth" else BRISK_BOUND * self.comfort_acceleration
 
-    @property
+    @cached_property
     def longest_cycle(self) -> float:
         """After more time than this since the last cycle, cycles were lost [s]."""
         return LOST_CYCLES * self.cycle
 
-    @property
+    @cached_property
     def firm_deceleration(self) -> float:
         """Before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
         return min(self.limits.acceleration, FIRMNESS * self.comfort_acceleration)
 
-    @property
+    @cached_property
     def arrival_comfort(self) -> tuple[float, float, float]:
         """Weights on what goes beyond comfort in an arrival.
 
@@ -233,7 +236,7 @@ class ControllerConfig(Settings):
         along, across, turning = self.weights.arrival_comfort
         return (self.weights.comfort[0] if self.ride == "brisk" else along, across, turning)
 
-    @property
+    @cached_property
     def recovers(self) -> bool:
         """Whether a goal that is missed is made for by other ways, see `recovery`."""
         return self.objective.arrives_at_goal if self.recovery is None else self.recovery
@@ -246,6 +249,16 @@ class ControllerConfig(Settings):
         """
         vehicle = self.vehicle
         return min(max((vehicle.front + vehicle.rear) / SMALL, LEAST_SIZE), 1.0)
+
+    @cached_property
+    def rest_speed(self) -> float:
+        """A slower vehicle stands [m/s]."""
+        return STANDSTILL_SPEED * self.size
+
+    @cached_property
+    def moving_speed(self) -> float:
+        """A vehicle that stands is measured faster [m/s] before it moves: noise is no motion."""
+        return MOVING_FACTOR * self.rest_speed
 
     @classmethod
     @validated(ConfigError)

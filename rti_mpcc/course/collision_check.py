@@ -31,12 +31,12 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.route_start import CHECK_SPACING
+from rti_mpcc.model.delay import roll_forward
 from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array, Trajectory
-from rti_mpcc.world.monitor import by_commands
 from rti_mpcc.world.surroundings import Surroundings, TrackedObstacle
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
@@ -65,7 +65,7 @@ def overlap_now(s: ControllerState, context: PlanningContext, config: Controller
     if estimate is None:
         return None
     half = s.now + 0.5 * s.vehicle.dead_time
-    middle = by_commands(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
+    middle = roll_forward(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
     return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, config)
 
 

@@ -146,9 +146,9 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
     speeds = context.measured_speed, float(context.state[V])
     motion, stood = s.vehicle.motion, s.vehicle.standing_since
     docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
-    least = standstill.dock_speed(context.tolerance, config) if docks else standstill.rest_speed(config)
+    least = standstill.dock_speed(context.tolerance, config) if docks else config.rest_speed
     since = standstill.update_standing(stood, speeds, context.now, least)
-    if since is None or stood is not None or motion.unexplained() <= standstill.moving_speed(config):
+    if since is None or stood is not None or motion.unexplained() <= config.moving_speed:
         return since
     by_poses = motion.speed_beyond_noise(standstill.FEWEST * config.cycle)
     return standstill.update_standing(None, (by_poses,), context.now, least)
@@ -198,7 +198,7 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
     dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
-    if abs(context.measured_speed) > standstill.rest_speed(config):
+    if abs(context.measured_speed) > config.rest_speed:
         return False
     if context.inside(context.error):
         return True
@@ -219,7 +219,7 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
     long = STANDSTILL_TIME if task.objective.along_path else TURNING_TIME
     if task.arrival is not None and task.arrival.overdue_since is None:
         # It begins as slowly as its comfort has it.
-        long = TURNING_TIME + standstill.moving_speed(config) / config.arrival_acceleration
+        long = TURNING_TIME + config.moving_speed / config.arrival_acceleration
     standing = s.vehicle.is_stationary(context.now, long)
     return standing and task.yielding is None and context.now - task.driving_since > STANDSTILL_TIME
 

@@ -30,7 +30,6 @@ from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.state import ControllerState, Phase
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.goals import GOAL_MOVED
-from rti_mpcc.world.standstill import moving_speed
 from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
@@ -318,7 +317,7 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
     speed = abs(float(state[V]))
-    if speed <= moving_speed(config):
+    if speed <= config.moving_speed:
         return None
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0

@@ -15,7 +15,6 @@ from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import HorizonObjective
 from rti_mpcc.state import Arrival, ControllerState, Phase
-from rti_mpcc.world.standstill import moving_speed
 
 LATE_REACH = 2.0  # [m] from its target: nearer, an arrival that is held up keeps its latest end
 LATEST = 1.5  # times what the route takes in comfort: an arrival takes no longer
@@ -75,7 +74,7 @@ def _held_up(s: ControllerState, context: PlanningContext, config: ControllerCon
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
     soon = int(np.searchsorted(plan.times, context.start_time + SOON))
-    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > moving_speed(config)
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > config.moving_speed
     return drives and context.distance > LATE_REACH
 
 

@@ -156,7 +156,7 @@ def next_segment(s: ControllerState) -> ControllerState:
     return replace(
         transition_on(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
-        task=Task(segments=s.task.segments[1:]),
+        task=Task.of(s.task.later),
         plans=Plans(),
         start_state=None,
     )
@@ -166,7 +166,7 @@ def without_route(s: ControllerState, path: ReferencePath, segments: Segments, w
     """Stand on this route of no length until a route is planned."""
     assert s.route is not None
     route = replace(s.route, replan_reason=why, request="", since=s.now, fixed=False)
-    task = Task(segments=segments, yielding=_lasting_yielding(s))
+    task = Task.of(segments, yielding=_lasting_yielding(s))
     s = replace(s, path=path, task=task, plans=Plans(), route=route, start_state=None)
     return transition_on(s, Event.ROUTE_LOST)
 
@@ -178,7 +178,7 @@ def onto_route(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> C
         s = replace(s, goal=goal)
     plans = _last_plan(s)
     s = transition_on(s, Event.ROUTE_PLANNED)
-    task = Task(segments=manoeuvre.segments, yielding=_lasting_yielding(s))
+    task = Task.of(manoeuvre.segments, yielding=_lasting_yielding(s))
     return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, start_state=None)
 
 
@@ -206,6 +206,5 @@ def _last_plan(s: ControllerState) -> Plans:
 def restarted(s: ControllerState, problem: str) -> ControllerState:
     """After an internal error: no plans are kept, nor, as the segment is a copy, its core."""
     s = transition_on(s, Event.INTERNAL_ERROR)
-    active, *later = s.task.segments
-    task = replace(s.task, segments=(replace(active), *later), stop_reason=problem)
+    task = replace(s.task, segment=replace(s.task.segment), stop_reason=problem)
     return replace(s, task=task, start_state=None)

@@ -35,20 +35,16 @@ class Workspace:
     """What the functions of a cycle share.
 
     Attributes:
-        mpcc: core of the segment, with its settings; profile: of it.
+        mpcc: core of the segment; config: the settings, with the limits of the segment; profile: of it.
         start: state (6,) where the command of this cycle begins to act.
         clock: what time decides in this cycle.
     """
 
     mpcc: RtiMpcc
+    config: ControllerConfig
     profile: ComfortSpeeds
     start: Array
     clock: CycleClock
-
-    @property
-    def config(self) -> ControllerConfig:
-        """The settings, with the limits of the segment."""
-        return self.mpcc.config
 
     def context(self, s: ControllerState) -> PlanningContext:
         """The start against the target: a stop, or the segment's own."""
@@ -119,7 +115,8 @@ class Workspaces:
         """The workspace of a cycle in which the state is `s`."""
         mpcc = self.core(s)
         start = start_of(s, mpcc.part, mpcc.config)
-        return Workspace(mpcc=mpcc, profile=self._active.profile, start=start, clock=clock)
+        profile = self._active.profile
+        return Workspace(mpcc=mpcc, config=mpcc.config, profile=profile, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
         """The target of the active segment."""
@@ -130,7 +127,7 @@ class Workspaces:
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
-            then = s.task.segments[1]
+            then = s.task.later[0]
             # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
             shorter = min(s.task.segment.length, then.length)
             share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2

@@ -78,6 +78,11 @@ def command(
         read_only(times)
         plan = replace(plan, times=times)
     solutions = attempt.solutions if attempt else ()
+    iterations, prepare, feedback, solve, limit = 0, 0.0, 0.0, 0.0, False
+    for each in solutions:
+        iterations, limit = iterations + each.iterations, limit or each.at_limit
+        prepare, feedback = prepare + each.prepare_seconds, feedback + each.feedback_seconds
+        solve += each.solve_seconds
     diagnostics = Diagnostics(
         theta=float(state[THETA]),
         part=s.task.segment.index,
@@ -85,7 +90,7 @@ def command(
         weights=_first_weights(solutions),
         failed=attempt is not None and bool(attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
-        iterations=sum(each.iterations for each in solutions),
+        iterations=iterations,
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=attempt is not None and attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
@@ -94,15 +99,15 @@ def command(
         time_to_go=None if arrives_at is None else arrives_at - (s.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
-        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
-        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
-        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
+        prepare_ms=1e3 * prepare,
+        feedback_ms=1e3 * feedback,
+        solve_ms=1e3 * solve,
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
         disturbance=s.vehicle.disturbance.acceleration,
         steering_offset=s.vehicle.disturbance.steering,
         cause=decision.verdict.reason,
-        iteration_limit=any(each.at_limit for each in solutions),
+        iteration_limit=limit,
     )
     drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(

@@ -16,7 +16,6 @@ from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array, Trajectory
-from rti_mpcc.world.standstill import rest_speed
 from rti_mpcc.world.surroundings import Surroundings
 
 SPACING = 0.04  # [m] between two bodies that are checked
@@ -31,7 +30,7 @@ def escape_motion(
 ) -> Trajectory | None:
     """The motion out of an overlap from `state` (6,) at `begin` [s]: its first control turns the wheels or
     creeps. None: there is none, it is not wanted, or the vehicle is too fast."""
-    most, speed, standing = config.escape_speed, float(state[V]), rest_speed(config)
+    most, speed, standing = config.escape_speed, float(state[V]), config.rest_speed
     if most == 0.0 or abs(speed) > most + standing:
         return None
     if abs(speed) > standing:  # it creeps already: it goes on as it does while that leads out
@@ -67,7 +66,7 @@ def _distance_until_free(
 def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
     """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
     turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
-    turned = abs(turn) <= STEERING_TOLERANCE or abs(speed) > rest_speed(config)
+    turned = abs(turn) <= STEERING_TOLERANCE or abs(speed) > config.rest_speed
     wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
     times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
     speeds = wanted + (speed - wanted) * np.exp(-times / max(RISE_TIME, config.cycle))

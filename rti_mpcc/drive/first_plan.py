@@ -17,7 +17,6 @@ from rti_mpcc.drive.search import ITERATIONS, SqpResult
 from rti_mpcc.model.layout import V
 from rti_mpcc.state import ControllerState, Phase, SuspendedSearch
 from rti_mpcc.world.goals import GOAL_MOVED
-from rti_mpcc.world.standstill import rest_speed
 
 BLOCKED = "something blocks the route"
 ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
@@ -124,8 +123,8 @@ def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     if s.on_planned_route or route.replan_reason or s.goal.rejected:
         return False
-    stands = abs(float(measured[V])) <= rest_speed(config)
-    begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
+    stands = abs(float(measured[V])) <= config.rest_speed
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.later) > 0
     if not (stands and begins and config.objective.arrives_at_goal):
         return False
     before = route.goal_checked

@@ -86,7 +86,7 @@ def _stays_at_once(
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)
-    return motion.unseen(config) == 0.0 and abs(_ahead(hold, context)) + rolls <= most
+    return s.vehicle.unseen == 0.0 and abs(_ahead(hold, context)) + rolls <= most
 
 
 def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -177,7 +177,7 @@ def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfi
     motion, speed = s.vehicle.motion, float(context.state[V])
     beside, std = motion.by_poses(config)
     known = standstill.NOISE * std <= standstill.least_unseen(config)
-    return speed - motion.unseen(config) + beside if known else speed
+    return speed - s.vehicle.unseen + beside if known else speed
 
 
 def control(

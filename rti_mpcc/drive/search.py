@@ -61,7 +61,10 @@ class SqpResult:
     @property
     def solved(self) -> Solution | None:
         """The last iterate that was solved."""
-        return next((solution for solution in reversed(self.solutions) if solution.solved), None)
+        for solution in reversed(self.solutions):
+            if solution.solved:
+                return solution
+        return None
 
     @property
     def fits(self) -> bool:

@@ -23,7 +23,7 @@ from rti_mpcc.mission_state import DockState, MissionState, PendingStep, StepRec
 from rti_mpcc.state import ControllerState
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
-from rti_mpcc.world import inputs as validation
+from rti_mpcc.world import inputs
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
@@ -132,7 +132,7 @@ class DockingMission:
             signal: in place of `until` of the step under way; None: that is asked.
         """
         over = self.signalled(signal)
-        usable = None if goal is None else validation.usable_goal(goal)
+        usable = None if goal is None else inputs.usable_goal(goal)
         if usable is not None:  # for the next dock without a pose
             self._keep(replace(self.mission_state, unused_goal=usable))
         self._guarded(lambda: self._start(now))
@@ -153,18 +153,19 @@ class DockingMission:
     def _start(self, now: float) -> None:
         """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
         mission_state, controller = self.mission_state, self.controller
-        clock, _ = validation.timed(controller.state.clock, now, controller.config)
+        clock, _ = inputs.timed(controller.state.clock, now, controller.config)
+        own = clock.time or 0.0
         if self.cancelling:
             self.cancelling = False
             if mission_state.pending:
-                self._take(end_mission(mission_state, MissionResult.CANCELLED, "", clock.now))
+                self._take(end_mission(mission_state, MissionResult.CANCELLED, "", own))
         elif mission_state.pending and mission_state.started is None:
-            s = replace(controller.state, clock=clock)
+            s = replace(controller.state, clock=clock, now=own)
             started = start_step(mission_state, s, controller.config, controller.area)
             self._take(Next(started.mission_state, started.order))
             if started.problem:
                 failed = StepOutcome(self.mission_state, MissionResult.NOT_REACHED, started.problem)
-                self._advance(failed, clock.now)
+                self._advance(failed, own)
 
     def _end(self, command: Command, over: bool) -> None:
         """Judge the step, and advance the mission."""
@@ -326,7 +327,7 @@ def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: Docking
 
 
 def _check_pose(pose: Pose2, name: str) -> None:
-    if validation.usable_goal(pose) is None:
+    if inputs.usable_goal(pose) is None:
         raise InputError(
             f"{name} = {pose}: its coordinates must be at most {FARTHEST:g} m, "
             f"its heading at most {LARGEST_HEADING:g} rad"

@@ -112,14 +112,15 @@ class Actuation:
 
 def waits(actuators: Actuators, cycle: float) -> tuple[int, int]:
     """Cycles that commands of drive and steering wait, so that both act at the same time."""
-    drive, steering = (round((actuators.dead_time - each.dead_time) / cycle) for each in actuators)
-    return drive, steering
+    drive, steering = actuators
+    longest = max(drive.dead_time, steering.dead_time)
+    return round((longest - drive.dead_time) / cycle), round((longest - steering.dead_time) / cycle)
 
 
 def going_out(sent: Sequence[Actuation], actuators: Actuators, cycle: float) -> tuple[Actuation, Actuation]:
     """The commands that drive and steering are sent now: the quicker of the two waits for the other one."""
-    drive, steering = (sent[-1 - min(each, len(sent) - 1)] for each in waits(actuators, cycle))
-    return drive, steering
+    (drive, steering), oldest = waits(actuators, cycle), len(sent) - 1
+    return sent[-1 - min(drive, oldest)], sent[-1 - min(steering, oldest)]
 
 
 def answered_by(

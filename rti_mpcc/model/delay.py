@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array2, Out1, kernel
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import propagate
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, acting_steering
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A
@@ -28,27 +29,24 @@ def roll_forward(
     queue: Sequence[QueuedCommand] | Array,
     now: float,
     until: float,
-    *,
-    wheelbase: float,
-    steering: float,
+    config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> Array:
     """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands, (D1).
 
     Args:
         queue: ordered by `begins`, or as rows (n, 3); before the first one nothing acts.
-        wheelbase: [m]; steering: the mechanical stop of the steering [rad].
+        config: with the wheelbase, and the mechanical stop of the steering.
         disturbance: what acts besides, see (O4); both states have the steering that is measured.
     """
-    reached = state.copy()
-    _roll_forward(as_rows(queue), now, until, *disturbance, steering, wheelbase, reached)
+    reached, rows = state.copy(), queue if isinstance(queue, np.ndarray) else as_rows(queue)
+    most, wheelbase = config.limits.steering, config.vehicle.wheelbase
+    _roll_forward(rows, now, until, *disturbance, most, wheelbase, reached)
     return reached
 
 
-def as_rows(queue: Sequence[QueuedCommand] | Array) -> Array:
+def as_rows(queue: Sequence[QueuedCommand]) -> Array:
     """The queue as an array (n, 3)."""
-    if isinstance(queue, np.ndarray):
-        return queue
     columns = len(QueuedCommand._fields)
     return np.fromiter(chain.from_iterable(queue), np.float64, columns * len(queue)).reshape(-1, columns)
 

@@ -74,7 +74,7 @@ class StageWeights:
     @property
     def follows_path(self) -> bool:
         """Whether any stage counts its Frenet errors."""
-        return any(np.count_nonzero(each) for each in (self.lag, self.contouring, self.heading))
+        return bool(self.lag.any() or self.contouring.any() or self.heading.any())
 
 
 @dataclass(frozen=True, slots=True)

@@ -174,9 +174,11 @@ class QpSolver:
         if steps != self._steps:
             self._steps = steps
             self._step_so()
-        for name in ("cost", "gradient", "constraints"):
-            if not _all_finite(getattr(values, name)):
-                return f"{name} not finite"
+        if not _all_finite(values.cost, values.gradient, values.constraints):
+            parts = ("cost", "gradient", "constraints")
+            return (
+                f"{next(each for each in parts if not np.isfinite(getattr(values, each)).all())} not finite"
+            )
         if self._osqp is None:
             return self._set_up(values)
         error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
@@ -225,7 +227,7 @@ class QpSolver:
             primal, dual = np.array(solution.x), np.array(solution.y)
             done += int(info.iter)
             seconds += float(info.run_time)
-            finite = _all_finite(primal) and _all_finite(dual)
+            finite = _all_finite(primal, dual, dual)
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
@@ -319,8 +321,12 @@ def _taken(lower: Array1, upper: Array1, infinity: float, low: Out1, high: Out1)
 
 
 @kernel
-def _all_finite(numbers: Array1) -> bool:
+def _all_finite(one: Array1, two: Array1, three: Array1) -> bool:
     fit = True
-    for i in range(len(numbers)):
-        fit &= isfinite(numbers[i])
+    for i in range(len(one)):
+        fit &= isfinite(one[i])
+    for i in range(len(two)):
+        fit &= isfinite(two[i])
+    for i in range(len(three)):
+        fit &= isfinite(three[i])
     return fit

@@ -68,7 +68,7 @@ def correct_actuators(
     sent = answered_by(sent, present, found, config.cycle)
     acted = [each.queued(found, config.cycle) for each in sent]
     # The motion of the last moments was told by other commands.
-    vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
+    vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion(), unseen=0.0)
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.now))
     return s, monitor.with_commands(lambda begin, end: mean_rates(acted, begin, end)), remark
 

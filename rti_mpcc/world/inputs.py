@@ -177,6 +177,6 @@ def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[Cloc
 
 def _all_finite(*values: float) -> bool:
     try:
-        return all(isfinite(value) for value in values)
+        return all(map(isfinite, values))
     except (TypeError, ValueError, OverflowError):
         return False

@@ -12,7 +12,7 @@ vehicle has moved as its sensors say.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
 from operator import sub
@@ -135,7 +135,7 @@ def validate_measurement(
     rows = as_rows(queue)
 
     def rolled(state: Array) -> Array:
-        return by_commands(state, rows, last.at, now, config, disturbance)
+        return roll_forward(state, rows, last.at, now, config, disturbance)
 
     expected, follows = rolled(last.state), rolled(last.measured)
     same = not problem and read.tolist() == last.given.tolist()
@@ -253,7 +253,7 @@ def _first(
     state = last.state
     if state is not None:
         until = min(now, last.at + LONGEST_GAP)
-        state = by_commands(state, queue, last.at, until, config, disturbance)
+        state = roll_forward(state, queue, last.at, until, config, disturbance)
     return replace(
         last,
         at=now,
@@ -282,26 +282,6 @@ def _read(given: VehicleState) -> tuple[Array, str]:
         except (TypeError, ValueError, OverflowError):
             return np.full(STATES, np.nan), f"state.{name} is not a number: {getattr(given, name)!r:.40}"
     return np.array((*read, 0.0)), ""
-
-
-def by_commands(
-    state: Array,
-    queue: Sequence[QueuedCommand] | Array,
-    begin: float,
-    end: float,
-    config: ControllerConfig,
-    disturbance: Disturbance = UNDISTURBED,
-) -> Array:
-    """The state (6,) at `end` [s] by the commands and what acts beside them, from the one at `begin`."""
-    return roll_forward(
-        state,
-        queue,
-        begin,
-        end,
-        wheelbase=config.vehicle.wheelbase,
-        steering=config.limits.steering,
-        disturbance=disturbance,
-    )
 
 
 def _unfit(state: Array, config: ControllerConfig) -> str:

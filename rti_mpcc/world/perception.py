@@ -53,8 +53,9 @@ class Perception:
         """
         config, last = self._config, s.vehicle
         clock, clock_remark = inputs.timed(s.clock, now, config)
-        area = inputs.surroundings_in(s.area, obstacles, clock.now)
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        own = clock.time or 0.0
+        area = inputs.surroundings_in(s.area, obstacles, own)
+        monitor = validate_measurement(last.monitor, measured, s.queue, own, config, last.disturbance)
         records, answer = actuators.compare_actuators(s, monitor, config)
         corrected = ""
         if answer != last.actuators:
@@ -62,20 +63,22 @@ class Perception:
         known = vehicle.learnt(s, monitor, records[0], holds, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = _heading_hint(s, monitor, part)
+        motion = s.vehicle.motion.noted(monitor, s.queue, last.disturbance)
         estimate = replace(
             s.vehicle,
             monitor=monitor,
             offsets=known,
             disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
-            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            poses=goal_setpoint.noted(last.poses, monitor, own, config.goal_tracking.filter.history),
             heading_hint=hint,
             records=records,
-            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance),
+            motion=motion,
+            unseen=motion.unseen(config),
         )
         known_goal, another = inputs.goal_in(goal, s.goal, path, area, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
-        s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
+        s = replace(s, clock=clock, now=own, area=area, vehicle=estimate, goal=known_goal)
         return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, known))
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:

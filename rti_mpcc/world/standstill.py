@@ -18,18 +18,16 @@ from operator import attrgetter
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.controller import MOVING_FACTOR
 from rti_mpcc.model.delay import QueuedCommand, mean_rates
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor
 
-STANDSTILL_SPEED = 0.02
-"""A slower vehicle stands [m/s]: it moves by a millimetre in a cycle."""
 REST_SHARE = 1.0 / 3.0  # of the tolerance, that a docked vehicle moves at most
 UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 LAG = 0.3  # [s] of a drive, or by which it lags otherwise than was found
-MOVING_FACTOR = 2.0  # times that speed: a vehicle that stands has to be measured faster, noise is no motion
 WINDOW = 1.0  # [s] over which motion is looked at
 SLIP_TIME = 0.5  # [s] over which poses and measured speeds are compared, at most
 FEWEST = 4  # moments that tell a speed
@@ -131,7 +129,7 @@ class AxisMotion:
         speed changes: a sensor in its dead band measures the same again and again.
         """
         rest: list[AxisReading] = []
-        still = moving_speed(config)
+        still = config.moving_speed
         for moment in reversed(self._last(SLIP_TIME)):
             if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
                 break
@@ -208,11 +206,6 @@ class AxisMotion:
         return self.moments[bisect_left(self.moments, now - seconds - 1e-9, key=_at) :]
 
 
-def rest_speed(config: ControllerConfig) -> float:
-    """A slower vehicle stands [m/s]."""
-    return STANDSTILL_SPEED * config.size
-
-
 def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
     """By which a vehicle that is docked within this tolerance moves at most [m]."""
     return REST_SHARE * min(*tolerance[:2], *config.goal_tolerance[:2])
@@ -220,12 +213,7 @@ def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfi
 
 def dock_speed(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
     """A slower vehicle stands at its dock [m/s]: within `UNKNOWN_LAG` it moves by `rest_distance` at most."""
-    return min(rest_speed(config), rest_distance(tolerance, config) / UNKNOWN_LAG)
-
-
-def moving_speed(config: ControllerConfig) -> float:
-    """A vehicle that stands is measured faster [m/s] before it moves."""
-    return MOVING_FACTOR * rest_speed(config)
+    return min(config.rest_speed, rest_distance(tolerance, config) / UNKNOWN_LAG)
 
 
 def update_standing(since: float | None, speeds: tuple[float, ...], now: float, least: float) -> float | None:

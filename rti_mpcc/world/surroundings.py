@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -36,7 +36,8 @@ class Surroundings:
 
     Attributes:
         corridor: with the static obstacles, which plans avoid; known: with all obstacles.
-        obstacles: all of them; given_at: when they were given last [s].
+        obstacles: all of them; standing, moving: those of them that stand, and that move.
+        given_at: when they were given last [s].
         replaced: whether the area is another one than that in which the route was planned.
         changes: number of changes of the static ones, and of the area.
         unreadable: why the last given ones are not used, or "".
@@ -49,6 +50,12 @@ class Surroundings:
     given_at: float = 0.0
     changes: int = 0
     unreadable: str = ""
+    standing: tuple[TrackedObstacle, ...] = field(init=False)
+    moving: tuple[TrackedObstacle, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name, moves in (("standing", False), ("moving", True)):
+            object.__setattr__(self, name, tuple([each for each in self.obstacles if each.moves is moves]))
 
     @classmethod
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
@@ -93,16 +100,6 @@ class Surroundings:
         if self.moving:
             known = corridor.with_obstacles([each.outline for each in self.obstacles])
         return replace(self, corridor=corridor, known=known)
-
-    @property
-    def standing(self) -> tuple[TrackedObstacle, ...]:
-        """The static obstacles."""
-        return tuple(each for each in self.obstacles if not each.moves)
-
-    @property
-    def moving(self) -> tuple[TrackedObstacle, ...]:
-        """The moving obstacles."""
-        return tuple(each for each in self.obstacles if each.moves)
 
     def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
         """With the obstacles given at `now` [s]. Raises CorridorError for one that is no simple polygon."""

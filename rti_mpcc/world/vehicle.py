@@ -6,10 +6,10 @@ from estimation import DisturbanceEstimate
 from estimation.actuators import ActuatorRecord, mean_rate
 from estimation.disturbance import Motion, first_estimate, unseated, updated
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import mean_rates
+from rti_mpcc.model.delay import mean_rates, roll_forward
 from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.types import Array
-from rti_mpcc.world.monitor import StateMonitor, by_commands
+from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.world import World
 
 OFFSET_REPORTED = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
@@ -19,11 +19,11 @@ def predicted(s: World, at: float, config: ControllerConfig) -> Array:
     """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
     estimate, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert estimate is not None
-    unseen = s.vehicle.motion.unseen(config)
+    unseen = s.vehicle.unseen
     if unseen:
         estimate = estimate.copy()
         estimate[V] += unseen
-    return known.effective(by_commands(estimate, s.queue, s.now, at, config, known))
+    return known.effective(roll_forward(estimate, s.queue, s.now, at, config, known))
 
 
 def learnt(
@@ -47,7 +47,7 @@ def learnt(
         before = unseated(before)  # a watchdog may have driven
     asked = 0.0 if before.at is None else _acted(s, drive, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
-    turns = not monitor.sensors.speed.problem and s.vehicle.motion.unseen(config) == 0.0
+    turns = not monitor.sensors.speed.problem and s.vehicle.unseen == 0.0
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance, turns=turns)
 
 

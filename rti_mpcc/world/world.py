@@ -32,11 +32,6 @@ class ClockState:
     shown: float | None = None
     stood: int = 0
 
-    @property
-    def now(self) -> float:
-        """Time of this cycle [s]; 0 before the first."""
-        return self.time or 0.0
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleEstimate:
@@ -49,7 +44,8 @@ class VehicleEstimate:
         heading_hint: remark on the first measured heading, or "".
         actuators: dead times and lags of drive and steering; records: what is learnt of both.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
-        motion: along its axis, of the last moments.
+        motion: along its axis, of the last moments; unseen: speed [m/s] of a vehicle that is measured to
+            stand, by its poses.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -63,6 +59,7 @@ class VehicleEstimate:
     )
     standing_since: float | None = None
     motion: AxisMotion = field(default_factory=AxisMotion)
+    unseen: float = 0.0
 
     @property
     def dead_time(self) -> float:
@@ -135,11 +132,13 @@ class World:
     """What is known in a cycle; the base of all that it leaves to the next.
 
     Attributes:
+        now: time of this cycle on the controller's own clock [s]; 0 before the first.
         area: the free space, with the obstacles that were given last.
         queue: commands that do not act yet, as they will act; sent: the last ones, as they were sent.
     """
 
     clock: ClockState = ClockState()
+    now: float = 0.0
     vehicle: VehicleEstimate = field(default_factory=VehicleEstimate)
     goal: GoalState = GoalState()
     area: Surroundings
@@ -147,14 +146,9 @@ class World:
     sent: tuple[Actuation, ...] = ()
 
     @property
-    def now(self) -> float:
-        """Time of this cycle on the controller's own clock [s]."""
-        return self.clock.time or 0.0
-
-    @property
     def is_stationary(self) -> bool:
         """Whether the vehicle stands."""
-        return self.vehicle.is_stationary(self.now)
+        return self.vehicle.standing_since is not None
 
 
 W = TypeVar("W", bound=World)

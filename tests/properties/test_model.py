@@ -9,13 +9,15 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.delay import QueuedCommand, roll_forward
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, THETA, V, X, Y
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 
-WHEELBASE, STEERING = 2.875, 0.6
+VEHICLE = ControllerConfig()
+WHEELBASE, STEERING = VEHICLE.vehicle.wheelbase, VEHICLE.limits.steering
 speeds = signed(1e-12, 30.0)
 steerings = signed(1e-12, 1.4)
 
@@ -52,9 +54,7 @@ def test_a_state_rolled_forward_over_any_time_stays_within_what_the_commands_can
 ) -> None:
     state = np.array([0.0, 0.0, 0.0, speed, delta, 0.0])
     known = Disturbance(acceleration=0.2, steering=0.02, gain=1.1, turn=turn)
-    reached = roll_forward(
-        state, queue, now, now + seconds, wheelbase=WHEELBASE, steering=STEERING, disturbance=known
-    )
+    reached = roll_forward(state, queue, now, now + seconds, VEHICLE, known)
     assert np.isfinite(reached).all()
     seconds = (now + seconds) - now
     assert abs(reached[V] - speed) <= (1.1 * 5.0 + 0.2) * seconds * (1.0 + 1e-9) + 1e-12

@@ -44,7 +44,7 @@ def around(inside: Corridor) -> Surroundings:
 
 def known(area: Surroundings) -> ControllerState:
     vehicle = VehicleEstimate(actuators=Actuators.of(CONFIG.actuators))
-    return ControllerState(area=area, path=PATH, task=Task(segments=along(PATH, CONFIG)), vehicle=vehicle)
+    return ControllerState(area=area, path=PATH, task=Task.of(along(PATH, CONFIG)), vehicle=vehicle)
 
 
 def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:

@@ -5,13 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward, still_acting
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.types import Array
 from tests.rti_mpcc.model_steps import rates
 
-WHEELBASE, STOP = 2.875, 0.6
+VEHICLE = ControllerConfig()
+WHEELBASE, STOP = VEHICLE.vehicle.wheelbase, VEHICLE.limits.steering
 STATE = np.array([1.0, -2.0, 0.5, -1.5, 0.2, 3.0])
 QUEUE = (
     QueuedCommand(0.003, 0.8, 0.5),
@@ -40,7 +42,7 @@ def fine(
 
 @pytest.mark.parametrize("until", [0.18, 0.1537, 0.07])
 def test_queue_edges_off_the_grid_of_cycles(until: float) -> None:
-    got = roll_forward(STATE, QUEUE, 0.0, until, wheelbase=WHEELBASE, steering=STOP)
+    got = roll_forward(STATE, QUEUE, 0.0, until, VEHICLE)
     np.testing.assert_allclose(got, fine(STATE, QUEUE, 0.0, until), atol=1e-4)
     assert got[V] == pytest.approx(
         STATE[V] + sum(_share(k, until) * c.acceleration for k, c in enumerate(QUEUE)), abs=1e-12
@@ -54,7 +56,7 @@ def _share(k: int, until: float) -> float:
 
 
 def test_nothing_acts_before_the_first_command() -> None:
-    got = roll_forward(STATE, QUEUE[1:], 0.0, 0.05, wheelbase=WHEELBASE, steering=STOP)
+    got = roll_forward(STATE, QUEUE[1:], 0.0, 0.05, VEHICLE)
     assert got[V] == STATE[V]
     assert got[DELTA] == STATE[DELTA]
 
@@ -62,11 +64,11 @@ def test_nothing_acts_before_the_first_command() -> None:
 def test_the_steering_does_not_pass_its_stop() -> None:
     state = STATE.copy()
     state[DELTA] = 0.55
-    got = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
+    got = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, VEHICLE)
     assert got[DELTA] == pytest.approx(STOP)
     state[DELTA] = 0.7  # measured beyond the stop: not pushed further, free to come back
-    out = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
-    back = roll_forward(state, (QueuedCommand(0.0, 0.0, -1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
+    out = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, VEHICLE)
+    back = roll_forward(state, (QueuedCommand(0.0, 0.0, -1.0),), 0.0, 0.2, VEHICLE)
     assert out[DELTA] == pytest.approx(0.7)
     assert back[DELTA] == pytest.approx(0.5)
 
@@ -75,14 +77,14 @@ def test_commands_that_another_has_replaced_are_forgotten() -> None:
     assert still_acting(QUEUE, 0.12) == QUEUE[2:]
     assert still_acting(QUEUE, 0.0) == QUEUE
     assert still_acting((), 0.0) == ()
-    before = roll_forward(STATE, QUEUE, 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
-    after = roll_forward(STATE, still_acting(QUEUE, 0.12), 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
+    before = roll_forward(STATE, QUEUE, 0.12, 0.3, VEHICLE)
+    after = roll_forward(STATE, still_acting(QUEUE, 0.12), 0.12, 0.3, VEHICLE)
     np.testing.assert_array_equal(before, after)
 
 
 def test_a_disturbance_acts_all_the_time_and_the_steering_stays_as_measured() -> None:
     known = Disturbance(acceleration=-0.4, steering=0.03)
-    got = roll_forward(STATE, QUEUE, 0.0, 0.18, wheelbase=WHEELBASE, steering=STOP, disturbance=known)
+    got = roll_forward(STATE, QUEUE, 0.0, 0.18, VEHICLE, known)
     pushed = tuple(
         c._replace(acceleration=c.acceleration - 0.4) for c in (QueuedCommand(0.0, 0.0, 0.0), *QUEUE)
     )
@@ -94,7 +96,7 @@ def test_the_stop_is_of_the_measured_steering() -> None:
     state = np.array([0.0, 0.0, 0.0, 1.0, 0.55, 0.0])
     left = (QueuedCommand(0.0, 0.0, 1.0),)
     known = Disturbance(steering=0.05)
-    out = roll_forward(state, left, 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP, disturbance=known)
+    out = roll_forward(state, left, 0.0, 0.2, VEHICLE, known)
     assert out[DELTA] == pytest.approx(STOP)
 
 

@@ -5,11 +5,13 @@ from math import atan, tan
 import numpy as np
 import pytest
 
+from rti_mpcc.config import ControllerConfig, Limits, Vehicle
 from rti_mpcc.model.delay import QueuedCommand, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA
 
 WHEELBASE, STOP = 2.8, 0.6
+VEHICLE = ControllerConfig(vehicle=Vehicle(wheelbase=WHEELBASE), limits=Limits(steering=STOP))
 ANGLES = (-0.6, -0.1, 0.0, 0.25, 0.6)
 
 
@@ -41,10 +43,8 @@ def test_without_anything_that_acts_nothing_is_changed() -> None:
 def test_to_turn_too_tightly_is_to_have_a_shorter_wheelbase() -> None:
     queue = (QueuedCommand(0.0, 0.5, 0.8), QueuedCommand(0.1, -0.2, -0.5))
     state = np.array([1.0, -2.0, 0.3, 1.5, 0.2, 0.0])
-    got = roll_forward(
-        state, queue, 0.0, 0.3, wheelbase=WHEELBASE, steering=STOP, disturbance=Disturbance(turn=1.1)
-    )
-    expected = roll_forward(state, queue, 0.0, 0.3, wheelbase=WHEELBASE / 1.1, steering=STOP)
+    got = roll_forward(state, queue, 0.0, 0.3, VEHICLE, Disturbance(turn=1.1))
+    expected = roll_forward(state, queue, 0.0, 0.3, VEHICLE.changed(vehicle={"wheelbase": WHEELBASE / 1.1}))
     np.testing.assert_allclose(got, expected, atol=2e-5)
     assert got[DELTA] == expected[DELTA]
 
