@@ -51,15 +51,20 @@ class Pose2(Validated):
     @validated(late=True)
     def relative_to(self, frame: Pose2) -> Pose2:
         """Return this pose in the frame of another: inverse of `compose`, heading in (-pi, pi]."""
-        c, s = cos(frame.phi), sin(frame.phi)
-        dx, dy = self.x - frame.x, self.y - frame.y
-        return Pose2(c * dx + s * dy, -s * dx + c * dy, wrap(self.phi - frame.phi))
+        ahead, aside = offset(self.x - frame.x, self.y - frame.y, frame.phi)
+        return Pose2(ahead, aside, wrap(self.phi - frame.phi))
 
     @validated(late=True)
     def within(self, tolerance: tuple[float, float, float], share: float = 1.0) -> bool:
         """Whether this pose, an error, is within a share of a tolerance: x, y [m], phi [rad]."""
         x, y, phi = tolerance
         return abs(self.x) <= share * x and abs(self.y) <= share * y and abs(self.phi) <= share * phi
+
+
+def offset(dx: float, dy: float, phi: float) -> tuple[float, float]:
+    """Return an offset in x and y [m] in a frame with the heading `phi` [rad]: ahead, and to the left [m]."""
+    c, s = cos(phi), sin(phi)
+    return c * dx + s * dy, -s * dx + c * dy
 
 
 def unchecked_pose(x: float, y: float, phi: float) -> Pose2:

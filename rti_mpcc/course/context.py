@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import copysign, hypot, pi
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
+from geometry.pose import offset
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import route_start
 from rti_mpcc.course.speed_profile import ComfortSpeeds
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
-from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
+from rti_mpcc.model.layout import PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.state import ControllerState
@@ -42,9 +42,8 @@ class PlanningContext:
         speed: towards the target [m/s].
         error: pose at `start_time` in the target's frame (longitudinal, lateral, heading).
         standing_error: the same, at rest averaged over the last moments.
-        stop_error: the same after braking at the comfort acceleration from now on.
         tolerance: (longitudinal, lateral, heading) of the target.
-        half_turn: length of the tightest half circle that the vehicle can drive [m].
+        config: the settings, with the limits of the segment.
     """
 
     now: float
@@ -63,19 +62,26 @@ class PlanningContext:
     profile: ComfortSpeeds
     error: Pose2
     standing_error: Pose2
-    stop_error: Pose2
     tolerance: tuple[float, float, float]
-    half_turn: float
+    config: ControllerConfig
 
     @property
     def deceleration(self) -> float:
         """With which the vehicle brakes until `begin` [m/s²]; negative where it gains speed."""
         return -copysign(self.acceleration, self.acceleration * float(self.state[V]))
 
+    @property
+    def stop_error(self) -> Pose2:
+        """The error after braking in comfort from `start_time` on, with the steering held."""
+        state, most = self.state.tolist(), self.config.comfort_acceleration
+        braking, seconds = -copysign(most, state[V]), abs(state[V]) / most
+        x, y, phi, *_ = step_one(braking, 0.0, 0.0, seconds, self.config.vehicle.wheelbase, *state)
+        return Pose2(x, y, phi).relative_to(self.target.pose)
+
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance, and the path is driven: at the start of one
         that comes back, more than half a turn is left."""
-        return self.along < self.half_turn and self.within(error, share)
+        return self.along < pi / self.config.max_curvature and error.within(self.tolerance, share)
 
     def within(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance."""
@@ -113,7 +119,7 @@ def context_of(
     state, part = reached.tolist(), task.segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    along, distance = distance_left(here, theta, on_path, part, target)
+    along, distance = distance_left(here, theta, on_path, part.direction, target)
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
     start = now + s.vehicle.dead_time
     acting = s.sent[-1].acting(start, s.vehicle.actuators)[0] if s.sent else None
@@ -137,9 +143,8 @@ def context_of(
         profile=profile,
         error=error,
         standing_error=error if stands is here else stands.relative_to(target.pose),
-        stop_error=_stopped(state, config).relative_to(target.pose),
         tolerance=task.tolerance,
-        half_turn=pi / config.max_curvature,
+        config=config,
     )
 
 
@@ -155,26 +160,21 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
         theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
         heading = float(last[PHI])
     if theta <= part.start:
-        theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
+        first = part.first
+        theta += min(part.direction * offset(x - first.x, y - first.y, first.phi)[0], 0.0)
     reached[THETA] = theta
     reached[PHI] = lift(phi, heading)
 
 
 def distance_left(
-    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target
+    here: Pose2, theta: float, on_path: Pose2, direction: int, target: Target
 ) -> tuple[float, float]:
-    """Distance left [m] from a pose at `theta` [m], where the path is `on_path`: along the path, negative if
-    the target was passed; and with that across, 0 if it was passed by more than `PASSED_DISTANCE`."""
-    at_target, offset = part.pose(target.theta), here.relative_to(on_path)
-    along = target.theta - theta - part.direction * offset.x
-    across = target.pose.relative_to(at_target).y - offset.y
-    distance = hypot(along, across)
+    """Distance left [m] from a pose at `theta` [m], where the path, driven in this direction, is `on_path`.
+
+    Along the path, negative if the target was passed; and with that across, 0 if it was passed by more than
+    `PASSED_DISTANCE`.
+    """
+    ahead, aside = offset(here.x - on_path.x, here.y - on_path.y, on_path.phi)
+    along = target.theta - theta - direction * ahead
+    distance = hypot(along, target.across - aside)
     return along, distance if along > 0.0 or distance < PASSED_DISTANCE else 0.0
-
-
-def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
-    """Where the vehicle stops from `state` (6,) at the comfort acceleration, steering held."""
-    most, speed = config.comfort_acceleration, state[V]
-    braking, seconds = -copysign(most, speed), abs(speed) / most
-    stopped = step_one(braking, 0.0, 0.0, seconds, config.vehicle.wheelbase, *state)
-    return Pose2(stopped[X], stopped[Y], stopped[PHI])

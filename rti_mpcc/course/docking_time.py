@@ -176,7 +176,7 @@ def _cruise(
 ) -> _Cruise | None:
     """A cruise from rest by (T6), within its pace, until an arrival is in reach; None: it never is."""
     step = CRUISE_STEP
-    along, left = distance_left(part.first, part.start, part.first, part, target)
+    along, left = distance_left(part.first, part.start, part.first, part.direction, target)
     if along < -PASSED_DISTANCE:
         return None
     begin, time, speed = part.start, config.dead_time, 0.0

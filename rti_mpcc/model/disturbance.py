@@ -15,9 +15,26 @@ from __future__ import annotations
 from math import atan, tan
 from typing import NamedTuple
 
-from geometry.compiled import inner, kernel
+from geometry.compiled import inner
 from rti_mpcc.model.layout import DELTA
 from rti_mpcc.types import Array
+
+ACROSS = 1.55
+"""Wheels turned farther than this are across the vehicle [rad]: the tangent ends there."""
+
+
+def _acting(measured: float, o: float, turn: float) -> float:
+    """(O4)."""
+    acting = min(max(measured + o, -ACROSS), ACROSS)
+    return atan(turn * tan(acting)) if turn != 1.0 else measured + o
+
+
+def _measured(acting: float, o: float, turn: float) -> float:
+    """(O4), the other way."""
+    return atan(tan(acting) / turn) - o if turn != 1.0 else acting - o
+
+
+acting_steering, measured_steering = inner(_acting), inner(_measured)  # in kernels
 
 
 class Disturbance(NamedTuple):
@@ -38,11 +55,11 @@ class Disturbance(NamedTuple):
 
     def acting_steering(self, measured: float) -> float:
         """The angle [rad] that acts when this is measured."""
-        return float(_acting(measured, self.steering, self.turn))
+        return _acting(measured, self.steering, self.turn)
 
     def measured_steering(self, acting: float) -> float:
         """The angle [rad] that is measured when this acts."""
-        return float(_measured(acting, self.steering, self.turn))
+        return _measured(acting, self.steering, self.turn)
 
     def commanded_rate(self, rate: float, acting: float, seconds: float) -> float:
         """The steering rate [rad/s] by which an angle that acts changes at `rate` [rad/s] for so long [s]."""
@@ -61,33 +78,6 @@ class Disturbance(NamedTuple):
         state = measured.copy()
         state[DELTA] = self.acting_steering(float(state[DELTA]))
         return state
-
-
-ACROSS = 1.55
-"""Wheels turned farther than this are across the vehicle [rad]: the tangent ends there."""
-
-
-@inner
-def acting_steering(measured: float, o: float, turn: float) -> float:
-    """(O4)."""
-    acting = min(max(measured + o, -ACROSS), ACROSS)
-    return atan(turn * tan(acting)) if turn != 1.0 else measured + o
-
-
-@inner
-def measured_steering(acting: float, o: float, turn: float) -> float:
-    """(O4), the other way."""
-    return atan(tan(acting) / turn) - o if turn != 1.0 else acting - o
-
-
-@kernel
-def _acting(measured: float, o: float, turn: float) -> float:
-    return acting_steering(measured, o, turn)
-
-
-@kernel
-def _measured(acting: float, o: float, turn: float) -> float:
-    return measured_steering(acting, o, turn)
 
 
 UNDISTURBED = Disturbance()

@@ -30,6 +30,7 @@ class Target:
         theta: progress of its projection onto the part [m].
         theta_end: end of the part [m].
         kind: the path's own end (or cusp), or a goal pose beside or behind it.
+        across: how far the pose is to the left of the path there [m].
         goal: that pose as it was given, with its heading on any branch; None for the path's end.
         wheels: angle that the wheels are to come to there [rad], or None; wheels_share: of its weight.
     """
@@ -38,6 +39,7 @@ class Target:
     theta: float
     theta_end: float
     kind: TargetKind
+    across: float = 0.0
     goal: Pose2 | None = None
     wheels: float | None = None
     wheels_share: float = 0.0
@@ -69,11 +71,13 @@ def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
     if theta <= 0.5 * (part.start + part.end) and _apart(goal, part.last) <= _apart(goal, part.pose(theta)):
         theta = part.end  # of a path that comes back to where it began
+    pose, progress = replace(goal, phi=lift(goal.phi, part.pose(theta).phi)), part.progress(goal, theta)
     return Target(
-        pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),
-        theta=part.progress(goal, theta),
+        pose=pose,
+        theta=progress,
         theta_end=part.end,
         kind=TargetKind.POSE,
+        across=pose.relative_to(part.pose(progress)).y,
         goal=goal,
     )
 
@@ -96,6 +100,7 @@ def ended_at(part: PathPart, pose: Pose2, wheels: float | None, share: float) ->
         theta=part.end,
         theta_end=part.end,
         kind=TargetKind.PATH_END,
+        across=pose.relative_to(part.last).y,
         wheels=wheels,
         wheels_share=share,
     )
