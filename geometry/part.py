@@ -87,12 +87,12 @@ class PathPart(Validated, error=PathError):
     @property
     def first(self) -> Pose2:
         """Vehicle pose at `start`."""
-        return Pose2(self.x[0], self.y[0], self.phi[0])
+        return Pose2(float(self.x[0]), float(self.y[0]), float(self.phi[0]))
 
     @property
     def last(self) -> Pose2:
         """Vehicle pose at `end`."""
-        return Pose2(self.x[-1], self.y[-1], self.phi[-1])
+        return Pose2(float(self.x[-1]), float(self.y[-1]), float(self.phi[-1]))
 
     @validated(late=True)
     def places(self, spacing: float, *, least: int = 1) -> Array:

@@ -297,8 +297,7 @@ class DockingController:
         part, holds = s.path.parts[task.segment.index], task.hold is not None
         perception, path = self._perception, s.path
         s, remarks = perception.updated(s, measured, now, goal, obstacles, path=path, part=part, holds=holds)
-        end = None if s.on_planned_route else s.path.end
-        s, detections, unfit = perception.located(s, measurements, s.path, end)
+        s, detections, unfit = perception.located(s, measurements, path)
         return s, detections, (*remarks, unfit)
 
     # -- the route and its segment ------------------------------------------------------------------

@@ -303,7 +303,8 @@ def _far_ahead(plan: Trajectory, found: Extremes, config: ControllerConfig, dist
     """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
     _, _, position, heading, speed, angle, a, rate = found
-    turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
+    left, right = map(disturbance.acting_steering, (limits.steering, -limits.steering))
+    turned = max(abs(left), abs(right))
     begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))
     if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):
         return f"the plan leaves the limits: v = {speed:.3g} m/s, delta = {angle:.3g} rad"

@@ -90,12 +90,9 @@ class Perception:
         return goal_setpoint.with_goal(known, goal)
 
     def located(
-        self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath, end: Pose2 | None
+        self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath
     ) -> tuple[W, tuple[Judgement, ...], str]:
-        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs.
-
-        `end`: where the path leads without a goal, or None.
-        """
+        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs."""
         measurements, unfit = inputs.measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
@@ -103,6 +100,7 @@ class Perception:
             if refused != s.goal.undetected:
                 s = replace(s, goal=replace(s.goal, undetected=refused))
             return s, (), unfit
+        end = None if s.area.corridor.area is not None else path.end
         self._filter.expect(goal_setpoint.prior(s.goal, end))
         self._filter.predict(s.now)
         judgements = []
