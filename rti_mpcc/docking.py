@@ -1,8 +1,7 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
-It composes the layers below: inputs are checked and related to the active segment; `driving` does what the
-phase asks for, or takes the next step of the fallback; `course` ends the segment before what blocks it, and
-finds first plans; commands are checked.
+A cycle is the five lines of `DockingController.step`: what is known (`world`), on which route and segment
+the vehicle is, and where that ends (`course`), what is driven (`drive`), and the command that is sent.
 """
 
 from __future__ import annotations
@@ -237,14 +236,13 @@ class DockingController:
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
 
-        1. Check the inputs.
-        2. Filter the detections of the goal, and let the goal setpoint follow.
-        3. Change to another route if one is needed and planned. Before a given path is started, check the
+        1. Check the inputs; filter the detections of the goal, and let the goal setpoint follow.
+        2. Change to another route if one is needed and planned. Before a given path is started, check the
            reachability of its goal.
-        4. Predict where the command will start to act; start the next segment where this one has ended; end
+        3. Predict where the command will start to act; start the next segment where this one has ended; end
            the course before what blocks it.
-        5. Drive what the phase asks for, or the next step of the fallback.
-        6. Keep the command within the limits, and give its reason. Plan with the time that is left.
+        4. Drive what the phase asks for, or the next step of the fallback.
+        5. Keep the command within the limits, and give its reason. Plan with the time that is left.
 
         No input makes it raise: unusable inputs are ignored, and the reason says so.
 
