@@ -12,10 +12,10 @@ from rti_mpcc.course import collision_check, route_start
 from rti_mpcc.course.collision_check import nearest_object
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.guess import along_course
-from rti_mpcc.course.schedule import TARGET_MOVED, apart
+from rti_mpcc.course.schedule import TARGET_MOVED
 from rti_mpcc.course.transitions import SEEKING, onto_course
 from rti_mpcc.model.layout import POSE, THETA
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.ocp.targets import Target, apart
 from rti_mpcc.state import ControllerState, Phase, PlannedStop
 from rti_mpcc.types import Array
 

@@ -81,9 +81,9 @@ def target_moved(s: ControllerState, context: PlanningContext, config: Controlle
     stalled_at = s.task.stalled_at
     if passes_target(s, context, config):
         return False
-    return stalled_at is None or not context.within(
-        context.target.pose.relative_to(stalled_at[0]), SETTLE_SHARE
-    )
+    if stalled_at is None:
+        return True
+    return not context.target.pose.relative_to(stalled_at[0]).within(context.tolerance, SETTLE_SHARE)
 
 
 def surroundings_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -181,7 +181,7 @@ def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> 
         return abs(error.x) > swing or abs(error.y) > across or abs(error.phi) > turned
     before = hold.docked
     since = Pose2(mean.x - before.x, mean.y - before.y, mean.phi - before.phi)
-    moved = not context.inside(mean) and not context.within(since, MOVED_SHARE)
+    moved = not context.inside(mean) and not since.within(context.tolerance, MOVED_SHARE)
     return moved or not context.inside(error, OUTSIDE_SHARE)
 
 

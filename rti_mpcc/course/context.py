@@ -83,10 +83,6 @@ class PlanningContext:
         that comes back, more than half a turn is left."""
         return self.along < pi / self.config.max_curvature and error.within(self.tolerance, share)
 
-    def within(self, error: Pose2, share: float = 1.0) -> bool:
-        """Whether `error` lies within `share` of the tolerance."""
-        return error.within(self.tolerance, share)
-
     def missed_by(self, plan: Trajectory, clip: tuple[float, float]) -> bool:
         """Whether a plan ends farther from the target than `clip` [m], [rad]."""
         error = self._end_error(plan)
@@ -94,7 +90,7 @@ class PlanningContext:
 
     def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
         """Whether a plan ends within `share` of the tolerance."""
-        return self.within(self._end_error(plan), share)
+        return self._end_error(plan).within(self.tolerance, share)
 
     def _end_error(self, plan: Trajectory) -> Pose2:
         return Pose2(*plan.states[-1, :POSE].tolist()).relative_to(self.target.pose)

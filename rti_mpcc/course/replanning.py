@@ -21,11 +21,11 @@ from rti_mpcc.course.conditions import SETTLE_SHARE
 from rti_mpcc.course.context import OFF_PATH
 from rti_mpcc.course.docking_time import estimated_docking_time
 from rti_mpcc.course.route_start import OUT_OF_REACH
-from rti_mpcc.course.schedule import apart
 from rti_mpcc.course.transitions import onto_route, without_route
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.targets import apart
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.state import ControllerState, Phase
 from rti_mpcc.world import goal_setpoint

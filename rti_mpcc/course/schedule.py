@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
 
 import numpy as np
 
-from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.arrival import arrival_time, within_reach
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import HorizonObjective
+from rti_mpcc.ocp.targets import apart
 from rti_mpcc.state import Arrival, ControllerState, Phase
 
 LATE_REACH = 2.0  # [m] from its target: nearer, an arrival that is held up keeps its latest end
@@ -76,11 +75,6 @@ def _held_up(s: ControllerState, context: PlanningContext, config: ControllerCon
     soon = int(np.searchsorted(plan.times, context.start_time + SOON))
     drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > config.moving_speed
     return drives and context.distance > LATE_REACH
-
-
-def apart(one: Pose2, other: Pose2) -> float:
-    """Distance [m]."""
-    return hypot(one.x - other.x, one.y - other.y)
 
 
 def arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import collision_check, route_start, schedule
 from rti_mpcc.course.context import PlanningContext
-from rti_mpcc.course.schedule import apart
 from rti_mpcc.course.transitions import plan_found
 from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import search
 from rti_mpcc.drive.search import ITERATIONS, SqpResult
 from rti_mpcc.model.layout import V
+from rti_mpcc.ocp.targets import apart
 from rti_mpcc.state import ControllerState, Phase, SuspendedSearch
 from rti_mpcc.world.goals import GOAL_MOVED
 

@@ -132,7 +132,7 @@ class DockingMission:
             signal: in place of `until` of the step under way; None: that is asked.
         """
         over = self.signalled(signal)
-        usable = None if goal is None else inputs.usable_goal(goal)
+        usable = None if goal is None else inputs.usable_goal(goal)[0]
         if usable is not None:  # for the next dock without a pose
             self._keep(replace(self.mission_state, unused_goal=usable))
         self._guarded(lambda: self._start(now))
@@ -327,7 +327,7 @@ def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: Docking
 
 
 def _check_pose(pose: Pose2, name: str) -> None:
-    if inputs.usable_goal(pose) is None:
+    if inputs.usable_goal(pose)[0] is None:
         raise InputError(
             f"{name} = {pose}: its coordinates must be at most {FARTHEST:g} m, "
             f"its heading at most {LARGEST_HEADING:g} rad"

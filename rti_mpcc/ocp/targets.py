@@ -67,9 +67,9 @@ def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
     elif last.goal == goal:
         return last
     else:
-        near = last.theta if _apart(goal, last.pose) < PROJECTION_REACH else None
+        near = last.theta if apart(goal, last.pose) < PROJECTION_REACH else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
-    if theta <= 0.5 * (part.start + part.end) and _apart(goal, part.last) <= _apart(goal, part.pose(theta)):
+    if theta <= 0.5 * (part.start + part.end) and apart(goal, part.last) <= apart(goal, part.pose(theta)):
         theta = part.end  # of a path that comes back to where it began
     pose, progress = replace(goal, phi=lift(goal.phi, part.pose(theta).phi)), part.progress(goal, theta)
     return Target(
@@ -82,7 +82,7 @@ def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
     )
 
 
-def _apart(one: Pose2, other: Pose2) -> float:
+def apart(one: Pose2, other: Pose2) -> float:
     """Distance of two poses [m]."""
     return hypot(one.x - other.x, one.y - other.y)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -175,10 +175,7 @@ class QpSolver:
             self._steps = steps
             self._step_so()
         if not _all_finite(values.cost, values.gradient, values.constraints):
-            parts = ("cost", "gradient", "constraints")
-            return (
-                f"{next(each for each in parts if not np.isfinite(getattr(values, each)).all())} not finite"
-            )
+            return "cost, gradient or constraints not finite"
         if self._osqp is None:
             return self._set_up(values)
         error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
@@ -322,11 +319,4 @@ def _taken(lower: Array1, upper: Array1, infinity: float, low: Out1, high: Out1)
 
 @kernel
 def _all_finite(one: Array1, two: Array1, three: Array1) -> bool:
-    fit = True
-    for i in range(len(one)):
-        fit &= isfinite(one[i])
-    for i in range(len(two)):
-        fit &= isfinite(two[i])
-    for i in range(len(three)):
-        fit &= isfinite(three[i])
-    return fit
+    return bool(np.isfinite(one).all() and np.isfinite(two).all() and np.isfinite(three).all())

@@ -222,9 +222,3 @@ def with_goal(known: GoalState, goal: Pose2 | None) -> GoalState:
         undetected="",
         origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
     )
-
-
-def with_goal_corrected(known: GoalState, goal: Pose2) -> GoalState:
-    """The planned goal of the same dock is known better; its detections are kept."""
-    pose = goal if known.detected is None else known.pose
-    return replace(known, planned=goal, pose=pose, origin=GoalOrigin.GIVEN)

@@ -35,7 +35,7 @@ def goal_in(
     an obstacle comes there; a rejected one has to be given again."""
     taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
-        came, refusal = _pose(given)
+        came, refusal = usable_goal(given)
         goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
         if came != known.given:
             known = replace(known, given=came)
@@ -53,13 +53,8 @@ def goal_in(
     return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
-def usable_goal(given: Pose2) -> Pose2 | None:
-    """A goal as a pose that a route can be planned to, or None."""
-    return _pose(given)[0]
-
-
-def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
-    """A goal as a pose to work with, or None, and why it is none."""
+def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:
+    """A goal as a pose that a route can be planned to, or None, and why it is none."""
     try:
         x, y, phi = given.x, given.y, given.phi
     except AttributeError:

@@ -15,11 +15,12 @@ from estimation.goal_filter import CLOCK_SKEW
 from geometry import PathPart, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.types import VehicleState
+from rti_mpcc.types import GoalOrigin, VehicleState
 from rti_mpcc.world import actuators, goal_setpoint, goals, inputs, vehicle
 from rti_mpcc.world.monitor import StateMonitor, validate_measurement
-from rti_mpcc.world.world import GoalState, W, World, disturbance_by
+from rti_mpcc.world.world import GoalState, W, World
 
 
 class Perception:
@@ -63,12 +64,15 @@ class Perception:
         known = vehicle.learnt(s, monitor, records[0], holds, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = _heading_hint(s, monitor, part)
+        acts = UNDISTURBED
+        if known is not None:
+            acts = Disturbance(known.acceleration, known.steering, known.gain, known.turn)
         motion = s.vehicle.motion.noted(monitor, s.queue, last.disturbance)
         estimate = replace(
             s.vehicle,
             monitor=monitor,
             offsets=known,
-            disturbance=last.disturbance if known is last.offsets else disturbance_by(known),
+            disturbance=last.disturbance if known is last.offsets else acts,
             poses=goal_setpoint.noted(last.poses, monitor, own, config.goal_tracking.filter.history),
             heading_hint=hint,
             records=records,
@@ -82,10 +86,11 @@ class Perception:
         return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, known))
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:
-        """With another planned goal; the detections of another dock start anew."""
+        """With another planned goal; detections of the same dock are kept, those of another start anew."""
         dock = known.dock
         if goal and dock and goal.relative_to(dock).within(self._config.goal_tolerance):
-            return goal_setpoint.with_goal_corrected(known, goal)
+            pose = goal if known.detected is None else known.pose
+            return replace(known, planned=goal, pose=pose, origin=GoalOrigin.GIVEN)
         self.forget_goal()
         return goal_setpoint.with_goal(known, goal)
 

@@ -76,13 +76,6 @@ class VehicleEstimate:
         return self.standing_since is not None and now - self.standing_since >= seconds
 
 
-def disturbance_by(estimate: DisturbanceEstimate | None) -> Disturbance:
-    """The disturbance by its estimate; none where there is no estimate."""
-    if estimate is None:
-        return UNDISTURBED
-    return Disturbance(estimate.acceleration, estimate.steering, estimate.gain, estimate.turn)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalState:
     """What is known of the goal.
