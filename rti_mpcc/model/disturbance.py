@@ -12,7 +12,7 @@ or goes out (a command, a plan) one is turned into the other.
 
 from __future__ import annotations
 
-from math import atan, tan
+from math import atan, isfinite, tan
 from typing import NamedTuple
 
 from geometry.compiled import inner
@@ -59,7 +59,7 @@ class Disturbance(NamedTuple):
 
     def measured_steering(self, acting: float) -> float:
         """The angle [rad] that is measured when this acts."""
-        return _measured(acting, self.steering, self.turn)
+        return _measured(acting, self.steering, self.turn) if isfinite(acting) else acting
 
     def commanded_rate(self, rate: float, acting: float, seconds: float) -> float:
         """The steering rate [rad/s] by which an angle that acts changes at `rate` [rad/s] for so long [s]."""
