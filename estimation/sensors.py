@@ -228,17 +228,17 @@ class _Gap(NamedTuple):
     reported: float
     driven: float
     most: float
-    agree: bool
+
+    @property
+    def agree(self) -> bool:
+        return abs(self.moved - self.reported) <= self.most
 
 
 def _gaps(track: Array, windows: Array, noise: Noise, late: float) -> list[_Gap]:
     """Of each of the `windows` [s], with a pose that is `late` [s]."""
-    gaps = np.empty((len(windows), 5))
+    gaps = np.empty((len(windows), len(_Gap._fields)))
     _compare(track, windows, noise.along, noise.speed, late, gaps)
-    return [
-        _Gap(since, moved, reported, driven, most, abs(moved - reported) <= most)
-        for since, moved, reported, driven, most in gaps.tolist()
-    ]
+    return [_Gap(*gap) for gap in gaps.tolist()]
 
 
 @kernel

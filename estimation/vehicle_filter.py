@@ -54,7 +54,7 @@ class MeasurementNoise:
     @property
     def stds(self) -> list[float]:
         """(5,) standard deviations of the noise."""
-        return list(map(sqrt, np.maximum(self.variance, 0.0).tolist()))
+        return [sqrt(each) if each > 0.0 else 0.0 for each in self.variance.tolist()]
 
     def broken(self) -> MeasurementNoise:
         """The same noise, at the first measurement of a new run."""

@@ -168,9 +168,9 @@ class PathPart(Validated, error=PathError):
                 raise InputError(f"{name} = {value}: a projection needs finite numbers.")
         if reach < 0.0:
             raise InputError(f"reach = {reach}: must be >= 0 m.")
-        start, end = low, high = float(self.knots[0]), float(self.knots[-1])
+        low, high = self.start, self.end
         if near is not None:
-            low, high = min(max(near - reach, start), end), min(max(near + reach, start), end)
+            low, high = min(max(near - reach, low), high), min(max(near + reach, low), high)
         wants, wanted = heading is not None, float(heading or 0.0)
         return _closest(float(x), float(y), *self._arrays, low, high, wants, wanted)
 

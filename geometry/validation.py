@@ -141,13 +141,10 @@ def to_floats(values: Any) -> Array:
 
 def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputError) -> Array:
     """Turn anything that holds numbers into a contiguous array (n, width) of floats, all finite, or raise."""
-    if type(values) is np.ndarray and values.dtype == np.float64 and values.flags.c_contiguous:
-        found = values  # as nearly all are
-    else:
-        try:
-            found = to_floats(values)
-        except TypeError:
-            raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
+    try:
+        found = to_floats(values)
+    except TypeError:
+        raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
     if found.ndim != 2 or found.shape[1] != width:
         raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
     if not all_finite(found):

@@ -181,7 +181,7 @@ class DockingController:
     @property
     def has_stepped(self) -> bool:
         """Whether there was a cycle."""
-        return self.state.clock.time is not None
+        return self.state.clock.started
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
@@ -316,11 +316,11 @@ class DockingController:
             s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
         w = self._workspaces.of(s, clock)
         context = w.context(s)
-        if s.task.phase is not Phase.WAITING and may_change_direction(s, context, self.config):
+        if s.task.phase is not Phase.WAITING and may_change_direction(s, context):
             s = self._targeted(next_segment(s))
             w = self._workspaces.of(s, clock)
             context = w.context(s)
-        after = on_course(s, context, w.config)
+        after = on_course(s, context)
         return after, context if after.task.stop is s.task.stop else w.context(after), w
 
     def _reachability_checked(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -384,7 +384,7 @@ class DockingController:
         verdict = Verdict(Reason.INTERNAL_ERROR, what)
         if self._replanner is not None:
             self._replanner.forget()
-        at, start = s.now + s.vehicle.dead_time, s.vehicle.monitor.state
+        at, start = s.clock.now + s.vehicle.dead_time, s.vehicle.monitor.state
         if start is not None:
             with suppress(Exception):  # the error may be in this: then the present estimate is used
                 start = predicted(s, at, config)
@@ -439,5 +439,5 @@ def _retried(s: ControllerState, status: Status, reason: Reason) -> ControllerSt
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None
     waits = yielding is not None and yielding.clear_since is not None
-    tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
+    tried = s.is_stationary and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

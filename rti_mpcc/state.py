@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Self
+from typing import Self
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
@@ -151,9 +151,9 @@ class Task:
     at_once: bool = False
 
     @classmethod
-    def of(cls, segments: Segments, **state: Any) -> Self:
+    def of(cls, segments: Segments, yielding: Yielding | None = None) -> Self:
         """At the first of these segments."""
-        return cls(segment=segments[0], later=segments[1:], **state)
+        return cls(segment=segments[0], later=segments[1:], yielding=yielding)
 
     @property
     def end(self) -> SegmentEnd:

@@ -130,9 +130,14 @@ def within_reach(
     if distance <= config.arrival_reach:
         return True
     horizon = config.arrival_horizon
-    if duration > horizon:
-        return False
-    return arrival_time(distance, speed, config, profile.ahead(theta, distance)) <= horizon
+    return duration <= horizon and paced_time(distance, speed, config, profile, theta) <= horizon
+
+
+def paced_time(
+    distance: float, speed: float, config: ControllerConfig, profile: ComfortSpeeds, theta: float
+) -> float:
+    """Duration [s] of the arrival, by the pace of the segment from `theta` [m] on."""
+    return arrival_time(distance, speed, config, profile.ahead(theta, distance))
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:

@@ -24,7 +24,7 @@ SAME_STOP = 0.4  # [m]; a stop that moves by less stays
 STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad] at a stop
 
 
-def on_course(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def on_course(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the course up to the first static obstacle that blocks it, if obstacles or target have changed."""
     task, target = s.task, s.task.target
     at_stop = task.stop is not None and task.phase in (Phase.SETTLING, Phase.HOLDING)
@@ -35,19 +35,18 @@ def on_course(s: ControllerState, context: PlanningContext, config: ControllerCo
         if changes == s.area.changes and apart(pose, target.pose) <= TARGET_MOVED:
             return s
     s = replace(s, plans=replace(s.plans, course=(s.area.changes, target.pose)))
-    stop = _blocked(s, context, target, config)
+    stop = _blocked(s, context, target)
     if stop is None:
         return s if task.stop is None else onto_course(s, None, here=False)
     if task.stop is not None and abs(task.stop.at - stop.at) <= SAME_STOP:
         return s
-    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * config.size
+    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * context.config.size
     return onto_course(s, stop, here=here)
 
 
-def _blocked(
-    s: ControllerState, context: PlanningContext, target: Target, config: ControllerConfig
-) -> PlannedStop | None:
+def _blocked(s: ControllerState, context: PlanningContext, target: Target) -> PlannedStop | None:
     """The stop in front of the first static obstacle that the body on the course to the target touches."""
+    config = context.config
     if not (s.area.replaced or s.area.corridor.obstacles):
         return None
     states, segment = _ahead(s, context.state, target, config), s.task.segment

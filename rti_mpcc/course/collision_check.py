@@ -59,14 +59,14 @@ class Overlap(NamedTuple):
         return f"the body overlaps {self.what} by {self.depth:.2f} m at ({x:.2f}, {y:.2f})"
 
 
-def overlap_now(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
+def overlap_now(s: ControllerState, context: PlanningContext) -> Overlap | None:
     """What the body overlaps, at its estimated state now or until the command starts to act."""
     estimate = s.vehicle.monitor.state
     if estimate is None:
         return None
-    half = s.now + 0.5 * s.vehicle.dead_time
-    middle = roll_forward(estimate, s.queue, s.now, half, config, s.vehicle.disturbance)
-    return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, config)
+    half = s.clock.now + 0.5 * s.vehicle.dead_time
+    middle = roll_forward(estimate, s.queue, s.clock.now, half, context.config, s.vehicle.disturbance)
+    return overlap(np.array((estimate, middle, context.state)), s.area, s.task.segment.index, context.config)
 
 
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
@@ -136,7 +136,7 @@ def distance_to_moving(
     if not s.area.moving:
         return inf
     marks, states = bodies_along(plan, config, reach)
-    ahead = s.now - s.area.given_at + later
+    ahead = s.clock.now - s.area.given_at + later
     elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
@@ -186,7 +186,7 @@ def object_ahead(
     """What a plan meets after `distance` [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
-    ahead = s.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
+    ahead = s.clock.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
     return nearest_object(state, s.area, s.task.segment.index, config, ahead)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from math import hypot
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
@@ -33,12 +32,12 @@ GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it
 # -- asked in every cycle -------------------------------------------------------------------------------
 
 
-def will_stop_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def will_stop_outside(s: ControllerState, context: PlanningContext) -> bool:
     """It will stop outside the tolerance: the target has moved away."""
     return not s.is_stationary and not context.inside(context.stop_error)
 
 
-def stands_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def stands_outside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands outside the tolerance, by far or for a while: noise may show it there for a moment."""
     since = s.task.outside_since
     if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
@@ -51,71 +50,72 @@ def stands_outside(s: ControllerState, context: PlanningContext, config: Control
     return context.now - since >= OUTSIDE_TIME or far
 
 
-def stands_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def stands_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands inside the tolerance."""
     return s.is_stationary and context.inside(context.standing_error)
 
 
-def stands_well_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def stands_well_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands well inside the tolerance: noise does not show it outside."""
     return s.is_stationary and context.inside(context.standing_error, SETTLE_SHARE)
 
 
-def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def came_to_rest(s: ControllerState, context: PlanningContext) -> bool:
     """It has come to rest and is not measured outside the tolerance."""
     return s.is_stationary and s.task.outside_since is None
 
 
-def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def passes_target(s: ControllerState, context: PlanningContext) -> bool:
     """It has passed its target, or will although it brakes, by more than an arrival can come back."""
-    if not (config.arrival and s.task.segment.objective.arrives and context.free):
+    if not (context.config.arrival and s.task.segment.objective.arrives and context.free):
         return False
     if s.task.phase is Phase.STARTING and s.is_stationary:
         return False  # it replans at once
-    left = context.along - context.speed**2 / (2.0 * config.firm_deceleration)
+    left = context.along - context.speed**2 / (2.0 * context.config.firm_deceleration)
     return left < -PASSED_DISTANCE
 
 
-def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def target_moved(s: ControllerState, context: PlanningContext) -> bool:
     """The target has moved since the vehicle stalled, and is not behind it."""
     stalled_at = s.task.stalled_at
-    if passes_target(s, context, config):
+    if passes_target(s, context):
         return False
     if stalled_at is None:
         return True
     return not context.target.pose.relative_to(stalled_at[0]).within(context.tolerance, SETTLE_SHARE)
 
 
-def surroundings_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def surroundings_changed(s: ControllerState, context: PlanningContext) -> bool:
     """The static obstacles have changed since it stalled, and it has stood there for a while."""
     stalled_at = s.task.stalled_at
     changed = stalled_at is not None and stalled_at[1] != s.area.changes
     return changed and s.vehicle.is_stationary(context.now, GIVE_UP_TIME)
 
 
-def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def stop_ends_inside(s: ControllerState, context: PlanningContext) -> bool:
     """Braking in comfort from here, it stops inside the tolerance."""
-    stopping, due = context.speed <= SETTLE_TIME * config.comfort_acceleration, arrives_now(s, context)
+    stopping = context.speed <= SETTLE_TIME * context.config.comfort_acceleration
+    due = arrives_now(s, context)
     share = DUE_SHARE if due else SETTLE_SHARE
     share = 1.0 if overdue(s, context) or (due and s.is_stationary) else share
     return stopping and context.inside(context.stop_error, share)
 
 
-def stuck_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def stuck_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer, and is inside the tolerance, or at a stop in front of something."""
     enough = not context.free or (s.is_stationary and context.inside(context.error))
-    return enough and no_progress(s, context, config)
+    return enough and no_progress(s, context)
 
 
-def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def no_progress(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
-    there = context.free and not context.ends_at_goal and _near(context, config)
+    there = context.free and not context.ends_at_goal and _near(context)
     if there and s.task.segment.dwell > 0.0 and s.is_stationary:
         return False  # it waits for its dwell, near enough to the end of this segment
-    return overdue(s, context) or _stuck(s, context, config)
+    return overdue(s, context) or _stuck(s, context)
 
 
-def plan_misses(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def plan_misses(s: ControllerState, context: PlanningContext) -> bool:
     """Its arrival is due, and its plan ends outside the tolerance."""
     plan = s.plans.driven
     if s.route is None or s.route.fixed or plan is None or not (context.free and arrives_now(s, context)):
@@ -138,11 +138,12 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
     return since is not None and context.now - since >= OVERDUE_TIME
 
 
-def standing_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
+def standing_since(s: ControllerState, context: PlanningContext) -> float | None:
     """Since when the vehicle stands [s], or None.
 
     By its poses, too, if its speed has just changed otherwise than expected, as in a sensor's dead band.
     """
+    config = context.config
     speeds = context.measured_speed, float(context.state[V])
     motion, stood = s.vehicle.motion, s.vehicle.standing_since
     docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
@@ -154,11 +155,11 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
     return standstill.update_standing(None, (by_poses,), context.now, least)
 
 
-def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
+def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
     task = s.task
     if task.hold is not None:
-        away = _is_away(task.hold, context, config)
+        away = _is_away(task.hold, context)
         return (context.now if task.outside_since is None else task.outside_since) if away else None
     if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
@@ -168,7 +169,7 @@ def outside_since(s: ControllerState, context: PlanningContext, config: Controll
     return context.now if task.outside_since is None else task.outside_since
 
 
-def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> bool:
+def _is_away(hold: Hold, context: PlanningContext) -> bool:
     """Whether a vehicle that is held is outside the tolerance.
 
     Once docked, it or the dock must have moved: noise is no motion.
@@ -177,7 +178,7 @@ def _is_away(hold: Hold, context: PlanningContext, config: ControllerConfig) -> 
     error, mean = context.error, context.standing_error
     if hold.docked is None:
         length, across, turned = context.tolerance
-        swing = max(OUTSIDE_SHARE * length, config.clearance.least)
+        swing = max(OUTSIDE_SHARE * length, context.config.clearance.least)
         return abs(error.x) > swing or abs(error.y) > across or abs(error.phi) > turned
     before = hold.docked
     since = Pose2(mean.x - before.x, mean.y - before.y, mean.phi - before.phi)
@@ -193,39 +194,40 @@ def replan_due(s: ControllerState, context: PlanningContext) -> bool:
     return last_attempt is None or not 0.0 <= context.now - last_attempt < REPLAN_INTERVAL
 
 
-def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def may_change_direction(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the next segment may start: at rest at the end of this one for its dwell, or long near it."""
     dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
-    if abs(context.measured_speed) > config.rest_speed:
+    if abs(context.measured_speed) > context.config.rest_speed:
         return False
     if context.inside(context.error):
         return True
     if s.on_planned_route:
         return False
     long = s.vehicle.is_stationary(context.now, max(STANDSTILL_TIME, dwell))
-    return long and _near(context, config)
+    return long and _near(context)
 
 
-def _near(context: PlanningContext, config: ControllerConfig) -> bool:
+def _near(context: PlanningContext) -> bool:
     """Whether the target, a cusp, is near enough to go on from."""
-    return hypot(context.error.x, context.error.y) <= CUSP_REACH * config.size
+    return hypot(context.error.x, context.error.y) <= CUSP_REACH * context.config.size
 
 
-def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def _stuck(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the vehicle stands for good: an arrival may start slowly, and a halting vehicle waits."""
     task = s.task
     long = STANDSTILL_TIME if task.objective.along_path else TURNING_TIME
     if task.arrival is not None and task.arrival.overdue_since is None:
         # It begins as slowly as its comfort has it.
-        long = TURNING_TIME + config.moving_speed / config.arrival_acceleration
+        long = TURNING_TIME + context.config.moving_speed / context.config.arrival_acceleration
     standing = s.vehicle.is_stationary(context.now, long)
     return standing and task.yielding is None and context.now - task.driving_since > STANDSTILL_TIME
 
 
-def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
+def must_wait(s: ControllerState, context: PlanningContext) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
+    config = context.config
     if s.is_stationary and goal_setpoint.waits_for_dock(s.goal, config):
         return goal_setpoint.doubt(s, s.arrives_at, config)
     if not (context.ends_at_goal and context.free):

@@ -102,7 +102,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
     if s.vehicle.monitor.state is None:
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    start = predicted(s, s.now + s.vehicle.dead_time, config)
+    start = predicted(s, s.clock.now + s.vehicle.dead_time, config)
     _place_on_route(start, s.start_state, part)
     return start
 
@@ -111,7 +111,7 @@ def context_of(
     s: ControllerState, reached: Array, profile: ComfortSpeeds, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
-    monitor, now, task = s.vehicle.monitor, s.now, s.task
+    monitor, now, task = s.vehicle.monitor, s.clock.now, s.task
     state, part = reached.tolist(), task.segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)

@@ -21,7 +21,7 @@ from geometry import Corridor, PathPart, Pose2, ReferencePath
 from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.course.arrival import arrival_time, within_reach
+from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import distance_left
 from rti_mpcc.course.guess import arrival_guess
 from rti_mpcc.course.speed_profile import ComfortSpeeds, speed_profile_of
@@ -199,7 +199,7 @@ def _cruise(
 def _profiled_time(cruise: _Cruise, config: ControllerConfig) -> float:
     """What the arrival takes [s], (T1) to (T3)."""
     _, state, left, profile = cruise
-    return arrival_time(left, abs(float(state[V])), config, profile.ahead(float(state[THETA]), left))
+    return paced_time(left, abs(float(state[V])), config, profile, float(state[THETA]))
 
 
 def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:

@@ -207,7 +207,9 @@ class Replanner:
             and not route_start.was_searched(s, self._config)
         ):
             return "something blocks the route"
-        if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or route_start.was_searched(s, self._config):
+        if not s.vehicle.is_stationary(s.clock.now, _REPLAN_AFTER) or route_start.was_searched(
+            s, self._config
+        ):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
@@ -232,7 +234,7 @@ class Replanner:
         started = self._planning is not None and s.task.phase is not Phase.HOLDING
         stuck = not s.on_planned_route and (route.replan_reason or (started and s.is_stationary))
         if s.task.phase is Phase.PLANNING or stuck:
-            if not s.vehicle.is_stationary(s.now, s.vehicle.dead_time):
+            if not s.vehicle.is_stationary(s.clock.now, s.vehicle.dead_time):
                 return None
             return ReplanRequest(start=route_start.here(s, self._config), goal=goal, area=s.area)
         if s.task.drives and (s.task.stop is not None or route.request):
@@ -243,7 +245,7 @@ class Replanner:
         """From where the vehicle will be soon, or will stand."""
         last, config, stop = self._request, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
-            if last.at is not None and s.now <= last.at:
+            if last.at is not None and s.clock.now <= last.at:
                 return last
             # The route came too late: once more with twice the time, if the vehicle drives by then.
             request = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
@@ -287,13 +289,13 @@ class Replanner:
         updated = replace(route, manoeuvre=found, changes=s.area.changes)
         if request.at is not None:
             # Once its own time has come.
-            there = s.now + s.vehicle.dead_time >= request.at - 0.5 * config.cycle
+            there = s.clock.now + s.vehicle.dead_time >= request.at - 0.5 * config.cycle
             if not (there and request.is_joined_by(found)):
                 return s
         elif not (planning or route.replan_reason):
             return s  # it is still on its way to where that would begin
         elif not found.found:
-            since = route.since if planning else s.now
+            since = route.since if planning else s.clock.now
             why = found.reason if planning else ""
             return replace(s, route=replace(updated, replan_reason=why, request="", since=since))
         elif _takes_too_long(s, found, config):
@@ -301,7 +303,7 @@ class Replanner:
             return replace(s, route=replace(route, replan_reason="", request=""))
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        updated = replace(updated, routes=route.routes + 1, replan_reason="", request="", since=s.now)
+        updated = replace(updated, routes=route.routes + 1, replan_reason="", request="", since=s.clock.now)
         return onto_route(s, found, updated)
 
 
@@ -312,7 +314,7 @@ def _stays(s: ControllerState) -> bool:
 
 def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> ReplanRequest | None:
     """From where the driven plan will be in `after` [s]; None: it stands there."""
-    plan, at = s.plans.driven, s.now + after
+    plan, at = s.plans.driven, s.clock.now + after
     if plan is None or at >= plan.times[-1]:
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]

@@ -30,7 +30,7 @@ def here(s: ControllerState, config: ControllerConfig) -> Pose2:
     now = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     if since is None or s.vehicle.monitor.doubt:
         return now
-    moments = s.now - config.goal_tracking.filter.history
+    moments = s.clock.now - config.goal_tracking.filter.history
     return s.vehicle.poses.mean(max(since, moments)) or now
 
 
@@ -43,7 +43,7 @@ def near_enough(config: ControllerConfig) -> tuple[float, float, float]:
 def was_searched(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether a route was planned from right here a moment ago, with the same result."""
     route = s.route
-    if route is None or route.manoeuvre is None or s.now - route.since >= AGAIN_AFTER:
+    if route is None or route.manoeuvre is None or s.clock.now - route.since >= AGAIN_AFTER:
         return False
     near = here(s, config).relative_to(route.manoeuvre.start).within(near_enough(config))
     return near and route.changes == s.area.changes

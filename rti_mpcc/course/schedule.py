@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course.arrival import arrival_time, within_reach
+from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.end_time import LEAST_TIME
@@ -22,7 +21,7 @@ TARGET_MOVED = 0.1  # [m]; a target that has moved by more is a new arrival
 SOON = 1.0  # [s] within which a plan that drives on does so
 
 
-def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def scheduled(s: ControllerState, context: PlanningContext) -> ControllerState:
     """Choose between contouring and a planned arrival. A suspended search is resumed unless the target has
     moved."""
     started, pose = s.plans.suspended, context.target.pose
@@ -30,21 +29,21 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
         return replace(s, task=replace(s.task, arrival=started.arrival))
     s = s.suspending(None)
     arrival = None
-    if arrives(s, context, config):
-        arrival = Arrival(latest=_latest(context, config), timed_for=pose)
+    if arrives(s, context):
+        arrival = Arrival(latest=_latest(context), timed_for=pose)
     return replace(s, task=replace(s.task, arrival=arrival))
 
 
-def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def rescheduled(s: ControllerState, context: PlanningContext) -> ControllerState:
     """Find out whether the arrival is due; a target that has moved, a halt and lost cycles renew its latest
     end, and so does a vehicle that is held up."""
     arrival, pose, ends = s.task.arrival, context.target.pose, s.arrives_at
     if s.task.phase is not Phase.ARRIVING or arrival is None or ends is None:
         return s
     moved = apart(arrival.timed_for, pose) > TARGET_MOVED
-    lost = bool(s.queue) and context.start_time - s.queue[-1].begins > config.longest_cycle
-    if moved or lost or s.task.yielding is not None or _held_up(s, context, config):
-        later = Arrival(latest=max(_latest(context, config), arrival.latest), timed_for=pose)
+    lost = bool(s.queue) and context.start_time - s.queue[-1].begins > context.config.longest_cycle
+    if moved or lost or s.task.yielding is not None or _held_up(s, context):
+        later = Arrival(latest=max(_latest(context), arrival.latest), timed_for=pose)
     else:
         due = ends - context.start_time <= LEAST_TIME + DUE
         since = (context.now if arrival.overdue_since is None else arrival.overdue_since) if due else None
@@ -60,37 +59,36 @@ def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObject
     return s.task.objective.successor(left) if context.free else None
 
 
-def too_late(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def too_late(s: ControllerState, context: PlanningContext) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
-    needed = context.speed**2 / (2.0 * config.comfort_acceleration)
+    needed = context.speed**2 / (2.0 * context.config.comfort_acceleration)
     contouring = s.task.phase is Phase.CONTOURING and s.task.objective.along_path
     return contouring and context.distance <= needed
 
 
-def _held_up(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def _held_up(s: ControllerState, context: PlanningContext) -> bool:
     """Whether a vehicle far from its target stands although its plan drives: it is held from outside."""
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
     soon = int(np.searchsorted(plan.times, context.start_time + SOON))
-    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > config.moving_speed
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > context.config.moving_speed
     return drives and context.distance > LATE_REACH
 
 
-def arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def arrives(s: ControllerState, context: PlanningContext) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
-    if not (config.arrival and s.task.segment.objective.arrives):
+    if not (context.config.arrival and s.task.segment.objective.arrives):
         return False
     theta = float(context.state[THETA])
-    return within_reach(context.distance, context.speed, config, context.profile, theta)
+    return within_reach(context.distance, context.speed, context.config, context.profile, theta)
 
 
-def duration(context: PlanningContext, config: ControllerConfig) -> float:
+def duration(context: PlanningContext) -> float:
     """What the arrival is expected to take from here [s]."""
-    distance = context.distance
-    highest = context.profile.ahead(float(context.state[THETA]), distance)
-    return arrival_time(distance, context.speed, config, highest)
+    theta = float(context.state[THETA])
+    return paced_time(context.distance, context.speed, context.config, context.profile, theta)
 
 
-def _latest(context: PlanningContext, config: ControllerConfig) -> float:
-    return context.start_time + LATEST * duration(context, config)
+def _latest(context: PlanningContext) -> float:
+    return context.start_time + LATEST * duration(context)

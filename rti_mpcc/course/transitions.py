@@ -11,7 +11,6 @@ from dataclasses import replace
 from enum import Enum
 
 from geometry import ReferencePath
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import conditions
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.iteration import Solution
@@ -28,7 +27,7 @@ from rti_mpcc.state import (
 )
 from rti_mpcc.types import Trajectory
 
-Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
+Condition = Callable[[ControllerState, PlanningContext], bool]
 
 STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING, WAITING = ANY = tuple(Phase)
 SEEKING = (STARTING, *DRIVING)
@@ -89,15 +88,13 @@ class Event(Enum):
 _BY_CONDITION = {p: [(e.when, e.to) for e in Event if e.when and p in e.sources] for p in Phase}
 
 
-def transition_by_condition(
-    s: ControllerState, context: PlanningContext, config: ControllerConfig
-) -> ControllerState:
+def transition_by_condition(s: ControllerState, context: PlanningContext) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
-    since = conditions.outside_since(s, context, config)
+    since = conditions.outside_since(s, context)
     if since != s.task.outside_since:
         s = replace(s, task=replace(s.task, outside_since=since))
     for holds, phase in _BY_CONDITION[s.task.phase]:
-        if holds(s, context, config):
+        if holds(s, context):
             s = _entering(s, phase)
             if phase is STALLED:
                 s = replace(s, task=replace(s.task, stalled_at=(context.target.pose, s.area.changes)))
@@ -119,7 +116,7 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
         return replace(s, task=replace(s.task, phase=phase, outside_since=since, hold=hold))
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
-        vehicle = replace(vehicle, standing_since=s.now)  # it stood at its target, or as commanded
+        vehicle = replace(vehicle, standing_since=s.clock.now)  # it stood at its target, or as commanded
     task = replace(s.task, arrival=None, phase=STARTING, outside_since=None, hold=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans())
 
@@ -130,7 +127,7 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
 def plan_found(s: ControllerState) -> ControllerState:
     """Drive the first plan that was found."""
     s = transition_on(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
-    return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
+    return replace(s.suspending(None), task=replace(s.task, driving_since=s.clock.now))
 
 
 def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | None) -> ControllerState:
@@ -143,7 +140,7 @@ def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | Non
         last_attempt = task.last_attempt if task.phase is Phase.CONTOURING else None  # of a cruise
         task = replace(task, stop_reason="", last_attempt=last_attempt)
     plans = replace(
-        s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.now, clear_of=s.area.changes
+        s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.clock.now, clear_of=s.area.changes
     )
     return replace(s, task=task, plans=plans)
 
@@ -165,7 +162,7 @@ def next_segment(s: ControllerState) -> ControllerState:
 def without_route(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
     """Stand on this route of no length until a route is planned."""
     assert s.route is not None
-    route = replace(s.route, replan_reason=why, request="", since=s.now, fixed=False)
+    route = replace(s.route, replan_reason=why, request="", since=s.clock.now, fixed=False)
     task = Task.of(segments, yielding=_lasting_yielding(s))
     s = replace(s, path=path, task=task, plans=Plans(), route=route, start_state=None)
     return transition_on(s, Event.ROUTE_LOST)

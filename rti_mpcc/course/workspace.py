@@ -35,13 +35,12 @@ class Workspace:
     """What the functions of a cycle share.
 
     Attributes:
-        mpcc: core of the segment; config: the settings, with the limits of the segment; profile: of it.
+        mpcc: core of the segment, with its settings; profile: of it.
         start: state (6,) where the command of this cycle begins to act.
         clock: what time decides in this cycle.
     """
 
     mpcc: RtiMpcc
-    config: ControllerConfig
     profile: ComfortSpeeds
     start: Array
     clock: CycleClock
@@ -51,7 +50,7 @@ class Workspace:
         part, task = self.mpcc.part, s.task
         assert task.target is not None
         target = task.target if task.stop is None else stop_on(part, task.stop.at)
-        return context_of(s, self.start, self.profile, target, self.config)
+        return context_of(s, self.start, self.profile, target, self.mpcc.config)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,8 +114,7 @@ class Workspaces:
         """The workspace of a cycle in which the state is `s`."""
         mpcc = self.core(s)
         start = start_of(s, mpcc.part, mpcc.config)
-        profile = self._active.profile
-        return Workspace(mpcc=mpcc, config=mpcc.config, profile=profile, start=start, clock=clock)
+        return Workspace(mpcc=mpcc, profile=self._active.profile, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
         """The target of the active segment."""

@@ -96,7 +96,7 @@ def command(
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
         target=target,
         goal=s.goal.estimate,
-        time_to_go=None if arrives_at is None else arrives_at - (s.now + s.vehicle.dead_time),
+        time_to_go=None if arrives_at is None else arrives_at - (s.clock.now + s.vehicle.dead_time),
         reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
         detections=detections,
         prepare_ms=1e3 * prepare,
@@ -135,7 +135,7 @@ def emergency(
 ) -> Command:
     """The command of a cycle with an internal error: only the estimated `state` (6,) is known."""
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    times = stage_times(s.now + s.vehicle.dead_time, np.full(config.stages, config.cycle))
+    times = stage_times(s.clock.now + s.vehicle.dead_time, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control, verdict, motion, SqpResult(solutions=(), problem=str(verdict)))
     return command(decision, status_of(verdict, s.task), state, s.goal.pose or pose, s, clock, config)
@@ -178,10 +178,10 @@ def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
 def why_stalled(
     s: ControllerState,
     context: PlanningContext,
-    config: ControllerConfig,
     side_clearance: SideClearance | None,
 ) -> str:
     """Why no plan ends inside the tolerance, or "". `side_clearance`: along the segment, or None."""
+    config = context.config
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
@@ -189,7 +189,7 @@ def why_stalled(
     why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
     if why:
         return why
-    if side_clearance is not None and (narrow := _narrow(s, context, config, side_clearance)):
+    if side_clearance is not None and (narrow := _narrow(s, context, side_clearance)):
         return narrow
     manoeuvre = None if s.route is None else s.route.manoeuvre
     return "" if manoeuvre is None or manoeuvre.found else manoeuvre.reason
@@ -211,9 +211,7 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     )
 
 
-def _narrow(
-    s: ControllerState, context: PlanningContext, config: ControllerConfig, side_clearance: SideClearance
-) -> str:
+def _narrow(s: ControllerState, context: PlanningContext, side_clearance: SideClearance) -> str:
     """Where the rest of the segment is narrower than the margin, or ""."""
     theta = float(context.state[THETA])
     ahead = (side_clearance.theta >= theta) & (side_clearance.theta <= context.target.theta)
@@ -221,21 +219,21 @@ def _narrow(
         return ""
     least = int(np.flatnonzero(ahead)[np.argmin(side_clearance.walls[ahead])])
     left, at = float(side_clearance.walls[least]), float(side_clearance.theta[least])
-    if left >= config.clearance.wanted:
+    if left >= context.config.clearance.wanted:
         return ""
     pose = s.task.segment.part.pose(at)
     return (
         f"the boundaries leave {left:.3f} m on either side of the body at ({pose.x:.2f}, {pose.y:.2f}), "
-        f"{at - theta:.2f} m ahead, less than the margin of {config.clearance.wanted:g} m"
+        f"{at - theta:.2f} m ahead, less than the margin of {context.config.clearance.wanted:g} m"
     )
 
 
 # -- what is in the way -----------------------------------------------------------------------------------
 
 
-def what_blocks(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
+def what_blocks(stop: PlannedStop, context: PlanningContext) -> str:
     """What blocks the route behind a stop, and how far ahead that is."""
-    ahead = stop.at + collision_check.stop_clearance(config) - float(context.state[THETA])
+    ahead = stop.at + collision_check.stop_clearance(context.config) - float(context.state[THETA])
     return f"{stop.obstacle}, {max(ahead, 0.0):.2f} m ahead"
 
 

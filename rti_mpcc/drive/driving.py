@@ -6,7 +6,6 @@ from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check, conditions, schedule
 from rti_mpcc.course.collision_check import CLEAR_DISTANCE, Overlap
@@ -51,25 +50,25 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """What safety asks for comes before what the phase asks for."""
-    since = standing_since(s, context, w.config)
+    since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
-    overlap = collision_check.overlap_now(s, context, w.config)
+    overlap = collision_check.overlap_now(s, context)
     if overlap is not None:
         return _in_contact(s, context, w, overlap)
     if context.doubt:
         return _doubt(s, context, w)
-    beyond = limiter.exceeded(s.vehicle.disturbance, w.config)
+    beyond = limiter.exceeded(s.vehicle.disturbance, context.config)
     if beyond:
         return _give_up(s, context, w, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
         s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
         rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
         return _stop(s, context, w, rejected, along=s.plans.driven)
-    s = transition_by_condition(_watching(s, context, w), context, w.config)
-    s = schedule.rescheduled(s, context, w.config)
+    s = transition_by_condition(_watching(s, context, w), context)
+    s = schedule.rescheduled(s, context)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
-    waiting = "" if stays else conditions.must_wait(s, context, w.config)
+    waiting = "" if stays else conditions.must_wait(s, context)
     if waiting and s.is_stationary:
         return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context, w)
@@ -105,24 +104,24 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         if last is not None:
             return last
     task = s.task
-    if not stop_reason and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
+    if not stop_reason and s.vehicle.is_stationary(s.clock.now, GIVE_UP_TIME):
         stop_reason = attempt.problem
         task = replace(task, stop_reason=stop_reason)
     if stop_reason and stands:
-        task = replace(task, last_attempt=s.now)
+        task = replace(task, last_attempt=s.clock.now)
     verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
-    firm = w.config.firm_deceleration
+    firm = context.config.firm_deceleration
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
 
 
 def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
     angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
-    near = theta - s.task.segment.part.start <= WHEELS_REACH * w.config.size
+    near = theta - s.task.segment.part.start <= WHEELS_REACH * context.config.size
     if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
         return None
-    control = fallback.turn_wheels(context.state, angle, w.config)
-    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
+    control = fallback.turn_wheels(context.state, angle, context.config)
+    motion = fallback.braking(context, context.config.comfort_acceleration)
     return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
 
 
@@ -139,18 +138,18 @@ def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 
 def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    wanted = fallback.settling_deceleration(context, w.config)
+    wanted = fallback.settling_deceleration(context)
     return _stop(s, context, w, Verdict(Reason.SETTLES), wanted)
 
 
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
-    if not conditions.passes_target(s, context, w.config):
-        why = why_stalled(s, context, w.config, w.mpcc.side_clearance)
+    if not conditions.passes_target(s, context):
+        why = why_stalled(s, context, w.mpcc.side_clearance)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = GOAL_REACH + context.along
-    wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
+    wanted = fallback.braking_over(in_reach, context.speed, context.config.firm_deceleration, context.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 
@@ -168,7 +167,7 @@ def _wait_for_route(s: ControllerState, context: PlanningContext, w: Workspace) 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
-    wanted = w.config.limits.acceleration if s.task.at_once else w.config.comfort_acceleration
+    wanted = context.config.limits.acceleration if s.task.at_once else context.config.comfort_acceleration
     return _stop(s, context, w, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
 
 
@@ -176,32 +175,32 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason, stop = _STANDS_AT[s.task.end], s.task.stop
     if reason is Reason.DOCKED:
         return _hold_at_goal(s, context, w)
-    about = "" if stop is None else what_blocks(stop, context, w.config)
+    about = "" if stop is None else what_blocks(stop, context)
     return _stop(s, context, w, Verdict(reason, about))
 
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stay at the dock; docked once the vehicle is found to stay there."""
-    s = holding.start_hold(s, context, w.config)
+    s = holding.start_hold(s, context)
     hold = s.task.hold
     assert hold is not None
     verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
     if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
         return _stop(s, context, w, verdict)
-    motion = fallback.braking(context, w.config.comfort_acceleration, w.config)
-    control, hold = holding.control(hold, s, context, w.config)
-    return Driven(holding.balanced(s, hold, w.config), ControlDecision(control, verdict, motion))
+    motion = fallback.braking(context, context.config.comfort_acceleration)
+    control, hold = holding.control(hold, s, context)
+    return Driven(holding.balanced(s, hold, context.config), ControlDecision(control, verdict, motion))
 
 
 def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     """Whether the goal that the vehicle stands at is the given one, and was detected."""
     goal = s.goal
-    if goal_setpoint.never_seen(goal, w.config):
+    if goal_setpoint.never_seen(goal, context.config):
         return Verdict(Reason.NOT_DETECTED)
     here = context.target.pose.compose(context.standing_error)
-    if goal_setpoint.is_elsewhere(goal, here, w.config):
+    if goal_setpoint.is_elsewhere(goal, here, context.config):
         return Verdict(Reason.GOAL_REJECTED, goal_setpoint.NOT_THE_ONE)
-    moved = goal_setpoint.dock_has_moved(goal, w.config)
+    moved = goal_setpoint.dock_has_moved(goal, context.config)
     if moved:
         return Verdict(Reason.GOAL_UNCERTAIN, moved)
     return Verdict(Reason.DOCKED)
@@ -238,18 +237,18 @@ def _change_over(
     from nearer.
     """
     found, attempt = first_plan(s, context, w)
-    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context, w.config)
+    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context)
     if cruises:
         in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
     else:
-        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context, w.config)
+        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context)
     if in_vain:
-        return replace(s, route=found.route, task=replace(s.task, last_attempt=s.now)), None
+        return replace(s, route=found.route, task=replace(s.task, last_attempt=s.clock.now)), None
     if not attempt.problem:
         return _accept(found, context, w, attempt, found.plans.solution)
     after = s.suspending(found.plans.suspended)
     if too_late:
-        firm = w.config.firm_deceleration
+        firm = context.config.firm_deceleration
         return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
     return after, None
 
@@ -276,16 +275,14 @@ def _needs_another_plan(s: ControllerState, context: PlanningContext, w: Workspa
     unless the vehicle halts."""
     plan, accepted = s.plans.driven, s.plans.accepted_at
     searching = s.plans.suspended is not None and s.task.yielding is None
-    if searching and accepted is not None and s.now - accepted > PLAN_AGE:
+    if searching and accepted is not None and s.clock.now - accepted > PLAN_AGE:
         return False
-    elsewhere = plan is not None and _ends_elsewhere(s, plan, context, w.config)
-    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context, w.config)
+    elsewhere = plan is not None and _ends_elsewhere(s, plan, context)
+    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context)
     return (elsewhere or due) and replan_due(s, context)
 
 
-def _ends_elsewhere(
-    s: ControllerState, plan: Trajectory, context: PlanningContext, config: ControllerConfig
-) -> bool:
+def _ends_elsewhere(s: ControllerState, plan: Trajectory, context: PlanningContext) -> bool:
     """Whether an arrival's plan misses its target: it has jumped, or the iterations got stuck."""
     arrives = s.task.arrival is not None and context.free
     return arrives and context.missed_by(plan, GOAL_CLIP)
@@ -320,7 +317,7 @@ def _continue_plan(
     whole: bool = True,
 ) -> Driven | None:
     """Continue the last accepted plan of `before`, clear to its end if `whole`; or None."""
-    plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
+    plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context)
     if plan is None:
         return None
     return _follow_plan(s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, whole=whole)
@@ -329,7 +326,7 @@ def _continue_plan(
 def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Continue the last plan for a moment, by the estimate; then brake."""
     monitor = s.vehicle.monitor
-    short = context.now - monitor.since <= w.config.plausibility.blind
+    short = context.now - monitor.since <= context.config.plausibility.blind
     if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
         last = _continue_plan(s, s, context, w, context.doubt)
         if last is not None:
@@ -342,7 +339,7 @@ def _give_up(
     s: ControllerState, context: PlanningContext, w: Workspace, problem: str, attempt: SqpResult | None = None
 ) -> Driven:
     """Brake to a standstill, and plan anew."""
-    firm = w.config.firm_deceleration
+    firm = context.config.firm_deceleration
     after = transition_on(s, Event.PLAN_LOST)
     after = s if after is s else replace(after, task=replace(after.task, stop_reason=problem))
     return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
@@ -363,20 +360,20 @@ def _follow_plan(
 
     `problem`: why the plan is not of this cycle.
     """
-    config = w.config
+    config = context.config
     need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.yielding is None else CLEAR_TIME
     distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.moving:
-        slowing = fallback.slowing(context, plan, config)
+        slowing = fallback.slowing(context, plan)
         distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
     s = _yielding(s, distance, need if distance < inf else 0.0)
     if s.task.yielding is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
-            s = meeting(s, plan, distance, late, w.config)
+            s = meeting(s, plan, distance, late, context.config)
         return _stop(s, context, w, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
-    waiting = conditions.must_wait(s, context, config)
+    waiting = conditions.must_wait(s, context)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
@@ -387,7 +384,7 @@ def _follow_plan(
 def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     unseen = goal_setpoint.remark(s.goal)
     if s.task.stop is not None:
-        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context, w.config))
+        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
@@ -401,14 +398,14 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
     motion = None
     if s.task.phase is not Phase.WAITING:
         motion = escape.escape_motion(
-            context.state, context.start_time, s.area, s.task.segment.index, w.config
+            context.state, context.start_time, s.area, s.task.segment.index, context.config
         )
     if motion is not None:
         verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
         return Driven(s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion))
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
     shallow = overlap.depth <= CONTACT_TOLERANCE
-    wanted = w.config.comfort_acceleration if shallow else w.config.limits.acceleration
+    wanted = context.config.comfort_acceleration if shallow else context.config.limits.acceleration
     return _stop(s, context, w, Verdict(Reason.OVERLAP, str(overlap)), wanted)
 
 
@@ -418,16 +415,16 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     changed = s.plans.clear_of != area.changes
     if plan is None or s.is_stationary or not (changed or area.moving):
         return s
-    slowing = fallback.slowing(context, plan, w.config)
-    distance = collision_check.distance_to_moving(s, slowing, w.config)
+    slowing = fallback.slowing(context, plan)
+    distance = collision_check.distance_to_moving(s, slowing, context.config)
     if changed:
         # A static obstacle behind the plan's end is no reason to stop.
         end = fallback.distance_to_end(plan, context.state)
-        least = w.config.clearance.least
-        distance = min(distance, collision_check.distance_to_contact(s, slowing, w.config, end, least))
+        least = context.config.clearance.least
+        distance = min(distance, collision_check.distance_to_contact(s, slowing, context.config, end, least))
     if distance == inf:
         return s
-    return meeting(_yielding(s, distance, inf), slowing, distance, "", w.config)
+    return meeting(_yielding(s, distance, inf), slowing, distance, "", context.config)
 
 
 def _yielding(s: ControllerState, distance: float, need: float) -> ControllerState:
@@ -439,12 +436,12 @@ def _yielding(s: ControllerState, distance: float, need: float) -> ControllerSta
     elif yielding is None:
         return s
     elif yielding.clear_since is None:
-        yielding = replace(yielding, clear_since=s.now)
-    elif s.now - yielding.clear_since < CLEAR_TIME:
+        yielding = replace(yielding, clear_since=s.clock.now)
+    elif s.clock.now - yielding.clear_since < CLEAR_TIME:
         return s
     else:
         yielding = None
-    since = s.now if yielding is None else s.task.driving_since
+    since = s.clock.now if yielding is None else s.task.driving_since
     return replace(s, task=replace(s.task, yielding=yielding, driving_since=since))
 
 
@@ -461,13 +458,13 @@ def _stop(
 
     `along`: a plan to brake along, where that is as gentle as with the steering held.
     """
-    config, state = w.config, context.state
+    config, state = context.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion = fallback.braking(context, wanted, config)
+        motion = fallback.braking(context, wanted)
         control = fallback.hold(state, config, context.acceleration)
     else:
-        motion, needed = fallback.braking_in_time(s, context, wanted, config, along)
+        motion, needed = fallback.braking_in_time(s, context, wanted, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
     return Driven(s, ControlDecision(control, verdict, motion, attempt))

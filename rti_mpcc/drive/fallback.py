@@ -82,9 +82,10 @@ def brake(
 
 
 def shifted_plan(
-    plan: Trajectory | None, accepted_at: float | None, context: PlanningContext, config: ControllerConfig
+    plan: Trajectory | None, accepted_at: float | None, context: PlanningContext
 ) -> Trajectory | None:
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
+    config = context.config
     if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= PLAN_LIFE:
         return None
     times = stage_times(context.start_time, np.diff(plan.times))
@@ -130,8 +131,9 @@ def before_contact(speed: float, distance: float, config: ControllerConfig) -> f
     return braking_over(distance - STOP_DISTANCE * config.size, speed, config.limits.acceleration, config)
 
 
-def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
+def settling_deceleration(context: PlanningContext) -> float:
     """Deceleration [m/s²], about comfort, to rest at the target's length, without a step, see `_eased`."""
+    config = context.config
     before, comfort = context.deceleration, config.comfort
     # What the soft end of `brake` takes more than to brake on to the end.
     left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
@@ -160,28 +162,26 @@ BRAKING_OFFSET = (0.2, 0.1)  # [m], [rad]; a plan that passes farther from the v
 LEAST_DECELERATION = 1e-3  # [m/s²] of a motion that is checked
 
 
-def braking(
-    context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
-) -> Trajectory:
+def braking(context: PlanningContext, deceleration: float, along: Trajectory | None = None) -> Trajectory:
     """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan that it is near to."""
+    config = context.config
     lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
     times = stage_times(context.start_time, lengths)
     motion = None if along is None else _stopping_along(along, context.state, times, deceleration)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
 
 
-def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig) -> Trajectory:
+def slowing(context: PlanningContext, plan: Trajectory) -> Trajectory:
     """The motion along a plan that stops after the whole distance that is checked for a stop."""
     speed = float(context.state[V])
-    need = collision_check.stopping_distance(speed, config)
-    return braking(context, max(speed**2 / (2.0 * need), LEAST_DECELERATION), config, plan)
+    need = collision_check.stopping_distance(speed, context.config)
+    return braking(context, max(speed**2 / (2.0 * need), LEAST_DECELERATION), plan)
 
 
 def braking_in_time(
     s: ControllerState,
     context: PlanningContext,
     wanted: float,
-    config: ControllerConfig,
     along: Trajectory | None = None,
 ) -> tuple[Trajectory, float]:
     """The gentlest braking that stops before a contact, and its deceleration [m/s²], `wanted` at least.
@@ -190,12 +190,12 @@ def braking_in_time(
     """
     speed, found = float(context.state[V]), []
     for plan in (None,) if along is None else (along, None):
-        motion = braking(context, wanted, config, plan)
-        distance = collision_check.clear_distance(s, motion, config)
-        needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, config))
+        motion = braking(context, wanted, plan)
+        distance = collision_check.clear_distance(s, motion, context.config)
+        needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, context.config))
         found.append((motion, needed, plan))
     motion, needed, plan = min(found, key=lambda each: each[1])
-    return (motion if needed == wanted else braking(context, needed, config, plan)), needed
+    return (motion if needed == wanted else braking(context, needed, plan)), needed
 
 
 def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: float) -> Trajectory:

@@ -35,12 +35,12 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     From rest, a route past what blocks the segment is asked for first; likewise one in place of a plan that
     may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
     """
-    if s.task.stop is not None and s.is_stationary and _may_ask(s, w):
+    if s.task.stop is not None and s.is_stationary and _may_ask(s, context):
         return _requested(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
     started = s.plans.suspended
-    s = schedule.scheduled(s, context, w.config)
+    s = schedule.scheduled(s, context)
     after, attempt = _from_guess(s, context, w)
-    attempt = _unless_into_a_wall(after, attempt, w)
+    attempt = _unless_into_a_wall(after, attempt, context)
     found = Found(after if attempt.problem else plan_found(after), attempt)
     if attempt.out_of_time or not context.free or s.route is None or s.route.fixed:
         return found
@@ -52,14 +52,14 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     why = found.attempt.problem
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
-    return _requested(s, found, why) if why and _may_ask(s, w) else found
+    return _requested(s, found, why) if why and _may_ask(s, context) else found
 
 
-def _may_ask(s: ControllerState, w: Workspace) -> bool:
+def _may_ask(s: ControllerState, context: PlanningContext) -> bool:
     """Whether another route from here may be asked for: none was a moment ago."""
     if s.route is None or s.route.fixed:
         return False
-    return not route_start.was_searched(s, w.config) if s.is_stationary else route_start.on_the_move(s)
+    return not route_start.was_searched(s, context.config) if s.is_stationary else route_start.on_the_move(s)
 
 
 def _requested(s: ControllerState, found: Found, why: str) -> Found:
@@ -71,7 +71,7 @@ def _requested(s: ControllerState, found: Found, why: str) -> Found:
 
 def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
     """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
-    s = schedule.scheduled(s.suspending(None), context, w.config)
+    s = schedule.scheduled(s.suspending(None), context)
     if s.task.arrival is None:
         return None
     found = _reaching(_from_guess(s, context, w), context, None, w)
@@ -102,14 +102,14 @@ def _from_guess(s: ControllerState, context: PlanningContext, w: Workspace) -> F
     return Found(search.suspended(s.iterated(attempt.solved), context, attempt), attempt)
 
 
-def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
+def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, context: PlanningContext) -> SqpResult:
     """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
-    distance = collision_check.distance_to_contact(s, attempt.plan, w.config)
+    distance = collision_check.distance_to_contact(s, attempt.plan, context.config)
     if distance == inf:
         return attempt
-    obstacle = collision_check.object_ahead(s, attempt.plan, distance, w.config)
+    obstacle = collision_check.object_ahead(s, attempt.plan, distance, context.config)
     return replace(
         attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {obstacle}"
     )

@@ -45,55 +45,59 @@ KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an accelera
 FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 
-def start_hold(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
     hold = s.task.hold
     if hold is None:
-        integral = _balancing(s, config)
+        integral = _balancing(s, context.config)
         off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
-        hold = Hold(anchor=_anchor(context), since=s.now, balanced=s.now, integral=integral, corrected_by=off)
+        hold = Hold(
+            anchor=_anchor(context),
+            since=s.clock.now,
+            balanced=s.clock.now,
+            integral=integral,
+            corrected_by=off,
+        )
     if hold.docked is None and context.inside(context.standing_error):
-        if _stays_at_once(hold, s, context, config):
+        if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
-        elif _has_stood(hold, s, context, config):  # it is held right there
+        elif _has_stood(hold, s, context):  # it is held right there
             here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
-            integral = _balancing(s, config, lag=STEADY_LAG)
+            integral = _balancing(s, context.config, lag=STEADY_LAG)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
-    if hold.docked is None and s.now - hold.balanced >= standstill.WINDOW - 1e-9:
+    if hold.docked is None and s.clock.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
-        beside, std = s.vehicle.motion.beside(config)
+        beside, std = s.vehicle.motion.beside(context.config)
         integral = 0.5 * (hold.integral - beside) if std <= KNOWN_ACCELERATION else hold.integral
-        hold = replace(hold, integral=integral, balanced=s.now)
+        hold = replace(hold, integral=integral, balanced=s.clock.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
 
-def _stays_at_once(
-    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
-) -> bool:
+def _stays_at_once(hold: Hold, s: ControllerState, context: PlanningContext) -> bool:
     """Whether a vehicle that has just come to rest moves as commanded, and stays near its anchor even if its
     drive lags by `UNKNOWN_LAG`."""
-    motion, most = s.vehicle.motion, standstill.rest_distance(context.tolerance, config)
+    motion, most = s.vehicle.motion, standstill.rest_distance(context.tolerance, context.config)
     surprise = max(motion.unexplained() * UNKNOWN_LAG, motion.surprise() * UNKNOWN_LAG**2)
-    if s.now - hold.since > standstill.SLIP_TIME or surprise > most:
+    if s.clock.now - hold.since > standstill.SLIP_TIME or surprise > most:
         return False
     # An error of the estimated disturbance moves the vehicle by less than half of that.
     if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
         return False
-    beside, std = motion.beside(config)
+    beside, std = motion.beside(context.config)
     if std <= KNOWN_ACCELERATION and abs(beside + hold.integral) > 0.5 * K_P * most + standstill.NOISE * std:
         return False
     if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)
-    return s.vehicle.unseen == 0.0 and abs(_ahead(hold, context)) + rolls <= most
+    return s.vehicle.motion.unseen == 0.0 and abs(_ahead(hold, context)) + rolls <= most
 
 
-def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool:
     """Whether the vehicle has stood for `PROOF_TIME`, well inside the tolerance, and its commands have hardly
     changed: what a drive that lags still makes of them moves the vehicle against `K_P`."""
-    motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, config)
-    if min(s.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
+    motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, context.config)
+    if min(s.clock.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
     noise = standstill.NOISE * motion.noise[0]
@@ -109,7 +113,7 @@ def stays_put(s: ControllerState) -> bool:
     hold = s.task.hold
     if hold is not None:
         return hold.docked is not None
-    return s.task.phase in STAYING and s.vehicle.is_stationary(s.now, standstill.PROOF_TIME)
+    return s.task.phase in STAYING and s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
 
 
 def undocked(before: ControllerState, after: ControllerState, context: PlanningContext) -> str:
@@ -172,20 +176,19 @@ def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> Contro
     return replace(s, task=replace(s.task, hold=hold), vehicle=replace(s.vehicle, disturbance=known))
 
 
-def _speed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
+def _speed(s: ControllerState, context: PlanningContext) -> float:
     """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
     motion, speed = s.vehicle.motion, float(context.state[V])
-    beside, std = motion.by_poses(config)
-    known = standstill.NOISE * std <= standstill.least_unseen(config)
-    return speed - s.vehicle.unseen + beside if known else speed
+    beside, std = motion.by_poses(context.config)
+    known = standstill.NOISE * std <= standstill.least_unseen(context.config)
+    return speed - s.vehicle.motion.unseen + beside if known else speed
 
 
-def control(
-    hold: Hold, s: ControllerState, context: PlanningContext, config: ControllerConfig
-) -> tuple[ControlInput, Hold]:
+def control(hold: Hold, s: ControllerState, context: PlanningContext) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
+    config = context.config
     e = _ahead(hold, context)
-    v = _speed(s, context, config)
+    v = _speed(s, context)
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))

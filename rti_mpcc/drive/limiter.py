@@ -124,7 +124,7 @@ def sent(
         speed=_limited(speed + cycle * disturbance.acting(a), limits.speed, float(now[V])),
         steering=_limited(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
-    queue = queued(s.queue, actuation.queued(actuators, cycle), s.now)
+    queue = queued(s.queue, actuation.queued(actuators, cycle), s.clock.now)
     earlier = s.sent[-round(KEPT / cycle) :]
     if not earlier:  # an actuator that waits is sent this for a while
         still = replace(actuation, acceleration=0.0, steering_rate=0.0, speed=speed, steering=angle)

@@ -255,7 +255,7 @@ def suspended(
 def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
-    horizon = config.cruise_horizon if arrival is None else schedule.duration(context, config)
+    horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, context.profile, config)

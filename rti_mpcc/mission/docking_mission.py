@@ -93,7 +93,7 @@ class DockingMission:
         `result` alone does not say so: a mission that is cancelled, or out of time, still brakes.
         """
         s = self.controller.state
-        return not self.mission_state.pending and s.vehicle.is_stationary(s.now, s.vehicle.dead_time)
+        return not self.mission_state.pending and s.vehicle.is_stationary(s.clock.now, s.vehicle.dead_time)
 
     @property
     def log(self) -> tuple[StepRecord, ...]:
@@ -154,18 +154,17 @@ class DockingMission:
         """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
         mission_state, controller = self.mission_state, self.controller
         clock, _ = inputs.timed(controller.state.clock, now, controller.config)
-        own = clock.time or 0.0
         if self.cancelling:
             self.cancelling = False
             if mission_state.pending:
-                self._take(end_mission(mission_state, MissionResult.CANCELLED, "", own))
+                self._take(end_mission(mission_state, MissionResult.CANCELLED, "", clock.now))
         elif mission_state.pending and mission_state.started is None:
-            s = replace(controller.state, clock=clock, now=own)
+            s = replace(controller.state, clock=clock)
             started = start_step(mission_state, s, controller.config, controller.area)
             self._take(Next(started.mission_state, started.order))
             if started.problem:
                 failed = StepOutcome(self.mission_state, MissionResult.NOT_REACHED, started.problem)
-                self._advance(failed, own)
+                self._advance(failed, clock.now)
 
     def _end(self, command: Command, over: bool) -> None:
         """Judge the step, and advance the mission."""
@@ -174,7 +173,7 @@ class DockingMission:
             return
         if isinstance(mission_state.step, Dock):
             mission_state = _with_dock_pose(mission_state, mission_state.step, s)
-        self._advance(judge_step(mission_state, command, over, s.now, settings), s.now)
+        self._advance(judge_step(mission_state, command, over, s.clock.now, settings), s.clock.now)
 
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction
@@ -198,7 +197,7 @@ class DockingMission:
             _log.exception("internal error in a mission, the vehicle stops")
             reason = f"internal error: {' '.join(str(error).split())}"
             self.controller.state = replace(before, mission_state=self.mission_state)
-            self._take(end_mission(self.mission_state, MissionResult.NOT_REACHED, reason, before.now))
+            self._take(end_mission(self.mission_state, MissionResult.NOT_REACHED, reason, before.clock.now))
 
     # -- inputs and outputs ----------------------------------------------------------------------------
 
@@ -268,7 +267,9 @@ class DockingMission:
         last = mission_state.log[-1] if mission_state.log else None
         if pending is not None:
             ended = (
-                mission_state.started is None and last is not None and last.end == self.controller.state.now
+                mission_state.started is None
+                and last is not None
+                and last.end == self.controller.state.clock.now
             )
             result = last.result if ended and last is not None else MissionResult.RUNNING
             place, kind, attempt = pending.place, pending.step.word, pending.attempt

@@ -61,20 +61,20 @@ def start_step(
     pending = mission_state.pending[0]
     from_rest = isinstance(pending.step, Straight | Undock)
     if from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
-        since = s.now if mission_state.stopping_since is None else mission_state.stopping_since
+        since = s.clock.now if mission_state.stopping_since is None else mission_state.stopping_since
         mission_state = replace(mission_state, stopping_since=since)
-        if s.now - since < min(pending.step.timeout, pending.step.patience):
+        if s.clock.now - since < min(pending.step.timeout, pending.step.patience):
             return Started(mission_state, None if s.task.phase is Phase.WAITING else Stand())
         started = Started(mission_state, Stand(), problem="the vehicle does not come to rest")
     else:
         started = _started(mission_state, s, config, area)
     record = StepRecord(
-        kind=pending.step.word, place=pending.place, attempt=pending.attempt, begin=s.now, goal=started.goal,
-        dock=started.dock,
+        kind=pending.step.word, place=pending.place, attempt=pending.attempt, begin=s.clock.now,
+        goal=started.goal, dock=started.dock,
     )  # fmt: skip
     mission_state = replace(
         started.mission_state,
-        started=s.now,
+        started=s.clock.now,
         stopping_since=None,
         docked_since=None,
         trouble=None,

@@ -92,9 +92,7 @@ def _stretched(
     most_acceleration: float, most_steering_rate: float, most_lateral: float, wheelbase: float,
 ) -> tuple[Out2, float]:  # fmt: skip
     """F_T, and the sum of h_k E_k over all stages but the first."""
-    stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, 0.0
-    for k in range(1, len(lengths)):
-        rest += lengths[k]
+    stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, np.sum(lengths[1:])
     for k in range(1, len(lengths)):
         a, rate, v = controls[k, A], controls[k, DELTA_DOT], states[k, V]
         dx, dy, turn = pose_rate(reached[k], wheelbase)
@@ -111,10 +109,7 @@ def _stretched(
 @kernel
 def stretched_times(begin: float, lengths: Array1, change: float) -> Out1:
     """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
-    times, rest = np.empty(len(lengths) + 1), 0.0
-    for k in range(1, len(lengths)):
-        rest += lengths[k]
-    factor = 1.0 + change / rest
+    times, factor = np.empty(len(lengths) + 1), 1.0 + change / np.sum(lengths[1:])
     times[0], times[1] = begin, begin + lengths[0]
     for k in range(1, len(lengths)):
         times[k + 1] = times[k] + factor * lengths[k]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -174,8 +174,9 @@ class QpSolver:
         if steps != self._steps:
             self._steps = steps
             self._step_so()
-        if not _all_finite(values.cost, values.gradient, values.constraints):
-            return "cost, gradient or constraints not finite"
+        for name in ("cost", "gradient", "constraints"):
+            if not _all_finite(getattr(values, name)):
+                return f"{name} not finite"
         if self._osqp is None:
             return self._set_up(values)
         error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
@@ -224,7 +225,7 @@ class QpSolver:
             primal, dual = np.array(solution.x), np.array(solution.y)
             done += int(info.iter)
             seconds += float(info.run_time)
-            finite = _all_finite(primal, dual, dual)
+            finite = _all_finite(primal) and _all_finite(dual)
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
@@ -318,5 +319,8 @@ def _taken(lower: Array1, upper: Array1, infinity: float, low: Out1, high: Out1)
 
 
 @kernel
-def _all_finite(one: Array1, two: Array1, three: Array1) -> bool:
-    return bool(np.isfinite(one).all() and np.isfinite(two).all() and np.isfinite(three).all())
+def _all_finite(numbers: Array1) -> bool:
+    fit = True
+    for i in range(len(numbers)):
+        fit &= isfinite(numbers[i])
+    return fit

@@ -35,15 +35,15 @@ def compare_actuators(s: World, monitor: StateMonitor, config: ControllerConfig)
     (drive, steering), present, now = s.vehicle.records, s.vehicle.actuators, monitor.at
     if not config.disturbance.enabled or monitor.measured is None:
         return s.vehicle.records, present
-    if not s.sent or monitor.relocalised or monitor.doubt or now - s.now > config.longest_cycle:
+    if not s.sent or monitor.relocalised or monitor.doubt or now - s.clock.now > config.longest_cycle:
         # Of this time it is not known what was driven.
         return (drive.restarted(), steering.restarted()), present
     driven, turned = going_out(s.sent, present, config.cycle)
     _, _, heading, speed, delta, _ = monitor.measured.tolist()
-    accelerated = SentCommand(s.now, driven.acceleration, driven.speed)
+    accelerated = SentCommand(s.clock.now, driven.acceleration, driven.speed)
     drive = with_cycle(drive, accelerated, Measurement(now, speed, heading), s.is_stationary)
     drive, by_drive = compare_models(drive, present.drive, now, DRIVE)
-    steered = SentCommand(s.now, turned.steering_rate, turned.steering)
+    steered = SentCommand(s.clock.now, turned.steering_rate, turned.steering)
     steering = with_cycle(steering, steered, Measurement(now, delta, heading))
     steering, by_steering = compare_models(steering, present.steering, now, STEERING)
     if by_drive is None and by_steering is None:
@@ -68,8 +68,8 @@ def correct_actuators(
     sent = answered_by(sent, present, found, config.cycle)
     acted = [each.queued(found, config.cycle) for each in sent]
     # The motion of the last moments was told by other commands.
-    vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion(), unseen=0.0)
-    s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.now))
+    vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
+    s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
     return s, monitor.with_commands(lambda begin, end: mean_rates(acted, begin, end)), remark
 
 

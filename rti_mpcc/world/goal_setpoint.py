@@ -115,7 +115,7 @@ def doubt(s: World, arrives_at: float | None, config: ControllerConfig) -> str:
         return "waiting until the dock stands"
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    left = 0.0 if arrives_at is None else max(arrives_at - s.now, 0.0)
+    left = 0.0 if arrives_at is None else max(arrives_at - s.clock.now, 0.0)
     pose, covariance = estimate.pose, estimate.covariance
     assert pose is not None
     assert covariance is not None

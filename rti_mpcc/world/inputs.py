@@ -155,9 +155,10 @@ def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[Cloc
     It never runs back: if the user's clock does, or leaps ahead, or shows no number, one cycle counts as
     passed, and the two are `offset` apart from then on.
     """
-    last, cycle = clock.time, config.cycle
+    last, cycle = clock.now if clock.started else None, config.cycle
     if not _all_finite(now) or not is_time(now):
-        return replace(clock, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+        own = 0.0 if last is None else last + cycle
+        return replace(clock, now=own, started=True), f"the clock shows {now}"
     stood = clock.stood + 1 if now == clock.shown else 0
     own, offset, word = now + clock.offset, clock.offset, ""
     if stood >= STOOD_CYCLES:
@@ -167,7 +168,7 @@ def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[Cloc
     if word:
         own = cycle if last is None else last + cycle
         offset = own - now
-    return ClockState(time=own, offset=offset, shown=float(now), stood=stood), word
+    return ClockState(now=own, started=True, offset=offset, shown=float(now), stood=stood), word
 
 
 def _all_finite(*values: float) -> bool:

@@ -54,9 +54,8 @@ class Perception:
         """
         config, last = self._config, s.vehicle
         clock, clock_remark = inputs.timed(s.clock, now, config)
-        own = clock.time or 0.0
-        area = inputs.surroundings_in(s.area, obstacles, own)
-        monitor = validate_measurement(last.monitor, measured, s.queue, own, config, last.disturbance)
+        area = inputs.surroundings_in(s.area, obstacles, clock.now)
+        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
         records, answer = actuators.compare_actuators(s, monitor, config)
         corrected = ""
         if answer != last.actuators:
@@ -64,25 +63,25 @@ class Perception:
         known = vehicle.learnt(s, monitor, records[0], holds, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = _heading_hint(s, monitor, part)
-        acts = UNDISTURBED
-        if known is not None:
-            acts = Disturbance(known.acceleration, known.steering, known.gain, known.turn)
-        motion = s.vehicle.motion.noted(monitor, s.queue, last.disturbance)
+        disturbance = last.disturbance
+        if known is not last.offsets:
+            disturbance = UNDISTURBED
+            if known is not None:
+                disturbance = Disturbance(known.acceleration, known.steering, known.gain, known.turn)
         estimate = replace(
             s.vehicle,
             monitor=monitor,
             offsets=known,
-            disturbance=last.disturbance if known is last.offsets else acts,
-            poses=goal_setpoint.noted(last.poses, monitor, own, config.goal_tracking.filter.history),
+            disturbance=disturbance,
+            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
             heading_hint=hint,
             records=records,
-            motion=motion,
-            unseen=motion.unseen(config),
+            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance, config),
         )
         known_goal, another = inputs.goal_in(goal, s.goal, path, area, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
-        s = replace(s, clock=clock, now=own, area=area, vehicle=estimate, goal=known_goal)
+        s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
         return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, known))
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:
@@ -107,7 +106,7 @@ class Perception:
             return s, (), unfit
         end = None if s.area.corridor.area is not None else path.end
         self._filter.expect(goal_setpoint.prior(s.goal, end))
-        self._filter.predict(s.now)
+        self._filter.predict(s.clock.now)
         judgements = []
         for measurement in measurements:
             # With its stamp on the controller's own clock, and the vehicle's pose then.
@@ -115,11 +114,11 @@ class Perception:
             at = measurement.vehicle or s.vehicle.poses.at(stamp, ahead=CLOCK_SKEW)
             judgement = self._filter.update(replace(measurement, stamp=stamp, vehicle=at))
             judgements.append(replace(judgement, stamp=measurement.stamp))
-        estimate = self._filter.estimate(s.now)
+        estimate = self._filter.estimate(s.clock.now)
         fit = None
         if estimate.pose is not None:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, path, s.area, self._config)
-        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.now, self._config, fit)
+        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.clock.now, self._config, fit)
         goal = replace(goal, undetected=goal_setpoint.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 

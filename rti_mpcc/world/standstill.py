@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, exp, inf, sin, sqrt
 from operator import attrgetter
 
@@ -69,14 +69,21 @@ class AxisMotion:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
         noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+        unseen: speed of a vehicle that is measured to stand, by its poses [m/s]; 0 if it is slow, or if noise
+            may be all of it.
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     noise: tuple[float, float] = (0.0, 0.0)
+    unseen: float = 0.0
 
     def noted(
-        self, monitor: StateMonitor, queue: tuple[QueuedCommand, ...], disturbance: Disturbance
+        self,
+        monitor: StateMonitor,
+        queue: tuple[QueuedCommand, ...],
+        disturbance: Disturbance,
+        config: ControllerConfig,
     ) -> AxisMotion:
         """With the estimate of this cycle; nothing is known of the time before one that is doubted.
 
@@ -112,15 +119,10 @@ class AxisMotion:
             coming=(last.coming + commanded - last.commanded) * exp(-seconds / LAG),
         )
         kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
-        return AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
-
-    def unseen(self, config: ControllerConfig) -> float:
-        """Speed [m/s] of a vehicle that is measured to stand, by its poses.
-
-        0 if it is not measured to stand, or if it is slow, or if noise may be all of it.
-        """
-        found, std = self.by_poses(config)
-        return found if abs(found) > max(least_unseen(config), NOISE * std) else 0.0
+        motion = AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
+        found, std = motion.by_poses(config)
+        unseen = abs(found) > max(least_unseen(config), NOISE * std)
+        return replace(motion, unseen=found) if unseen else motion
 
     def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
         """What the poses say of the speed beyond what is measured [m/s], and its standard deviation.
@@ -191,7 +193,7 @@ class AxisMotion:
         ).T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0], lag)
-        if self.unseen(config) != 0.0:
+        if self.unseen != 0.0:
             return by_poses
         by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1], lag)
         return min(by_poses, by_speeds, key=lambda each: each[1])

@@ -19,11 +19,11 @@ def predicted(s: World, at: float, config: ControllerConfig) -> Array:
     """The estimate predicted to `at` [s] by the commands, with the steering that acts."""
     estimate, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert estimate is not None
-    unseen = s.vehicle.unseen
+    unseen = s.vehicle.motion.unseen
     if unseen:
         estimate = estimate.copy()
         estimate[V] += unseen
-    return known.effective(roll_forward(estimate, s.queue, s.now, at, config, known))
+    return known.effective(roll_forward(estimate, s.queue, s.clock.now, at, config, known))
 
 
 def learnt(
@@ -47,7 +47,7 @@ def learnt(
         before = unseated(before)  # a watchdog may have driven
     asked = 0.0 if before.at is None else _acted(s, drive, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
-    turns = not monitor.sensors.speed.problem and s.vehicle.unseen == 0.0
+    turns = not monitor.sensors.speed.problem and s.vehicle.motion.unseen == 0.0
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance, turns=turns)
 
 

@@ -23,11 +23,13 @@ class ClockState:
     """The controller's own clock, which never runs back.
 
     Attributes:
-        time: [s]; None before the first cycle; offset: how far it is ahead of the user's clock [s].
+        now: time of this cycle [s]; started: there was a first one.
+        offset: how far it is ahead of the user's clock [s].
         shown: last time on the user's clock [s]; stood: number of cycles in which that did not change.
     """
 
-    time: float | None = None
+    now: float = 0.0
+    started: bool = False
     offset: float = 0.0
     shown: float | None = None
     stood: int = 0
@@ -44,8 +46,7 @@ class VehicleEstimate:
         heading_hint: remark on the first measured heading, or "".
         actuators: dead times and lags of drive and steering; records: what is learnt of both.
         standing_since: when it came to rest, or restarted at rest [s]; None while it moves.
-        motion: along its axis, of the last moments; unseen: speed [m/s] of a vehicle that is measured to
-            stand, by its poses.
+        motion: along its axis, of the last moments.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -59,7 +60,6 @@ class VehicleEstimate:
     )
     standing_since: float | None = None
     motion: AxisMotion = field(default_factory=AxisMotion)
-    unseen: float = 0.0
 
     @property
     def dead_time(self) -> float:
@@ -125,13 +125,11 @@ class World:
     """What is known in a cycle; the base of all that it leaves to the next.
 
     Attributes:
-        now: time of this cycle on the controller's own clock [s]; 0 before the first.
         area: the free space, with the obstacles that were given last.
         queue: commands that do not act yet, as they will act; sent: the last ones, as they were sent.
     """
 
     clock: ClockState = ClockState()
-    now: float = 0.0
     vehicle: VehicleEstimate = field(default_factory=VehicleEstimate)
     goal: GoalState = GoalState()
     area: Surroundings
