@@ -100,7 +100,7 @@ def ended_at(part: PathPart, pose: Pose2, wheels: float | None, share: float) ->
         theta=part.end,
         theta_end=part.end,
         kind=TargetKind.PATH_END,
-        across=pose.relative_to(part.last).y,
+        across=pose.relative_to(part.pose(part.end)).y,
         wheels=wheels,
         wheels_share=share,
     )
