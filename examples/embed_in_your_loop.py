@@ -1,15 +1,20 @@
 """Embed the controller in a loop of your own: your plant, its dead time, a gate, a dock that moves.
 
 The vehicle takes setpoints for speed and steering and follows them after a dead time. Its wheelbase is 2 %
-longer than the controller assumes. A gate blocks the path for 20 s, and the dock moves once.
+longer than the controller assumes. A gate blocks the path for 20 s, and the dock moves once. With `--record
+FILE` all cycles are written to a file; `rti-mpcc show FILE` makes pictures and a page of it.
 """
 
 from __future__ import annotations
 
+import argparse
+from contextlib import ExitStack
 from math import cos, hypot, sin, tan
+from pathlib import Path
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState, prepare_process
+from rti_mpcc.recording import Recorder
 
 CYCLE, DEAD_TIME, OPENS = 0.05, 0.2, 20.0  # [s]
 GATE = [(18.0, -4.0), (18.5, -4.0), (18.5, 4.0), (18.0, 4.0)]
@@ -34,10 +39,19 @@ class Truck:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description="Embed the controller in a loop of your own.")
+    parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles")
+    file = parser.parse_args().record
     path = ReferencePath.from_waypoints([(0.0, 0.0), (10.0, 0.5), (20.0, 0.0), (30.0, 2.0)])
     corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
     controller = DockingController(path, corridor, ControllerConfig(cycle=CYCLE, dead_time=DEAD_TIME))
     prepare_process()  # no pause for garbage in the first cycles
+    with ExitStack() as stack:
+        driver = controller if file is None else stack.enter_context(Recorder(controller, file))
+        drive(driver)
+
+
+def drive(controller: DockingController | Recorder) -> None:
     truck, now, status = Truck(), 0.0, None
     while now < 90.0 and status is not Status.DOCKED:
         dock = Pose2(32.0, 2.6, 0.2) if truck.x < 20.0 else Pose2(32.2, 2.4, 0.25)

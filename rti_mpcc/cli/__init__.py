@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, plan, docks, compare, campaign, replay, watch, identify, warm."""
+"""The command `rti-mpcc`: scenarios, run, plan, docks, compare, campaign, replay, show, identify, warm."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rti_mpcc import __version__
 from rti_mpcc.cli.arguments import BAD_INPUT, DONE
 from rti_mpcc.cli.campaign import add_campaign, add_compare
 from rti_mpcc.cli.plan import add_docks, add_plan
-from rti_mpcc.cli.recordings import add_identify, add_replay, add_watch
+from rti_mpcc.cli.recordings import add_identify, add_replay, add_show
 from rti_mpcc.cli.run import add_run
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.kernels import make_ready
@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--version", action="version", version=f"{parser.prog} {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     commands.add_parser("scenarios", help="list the built-in scenarios").set_defaults(command=_scenarios)
-    for add in (add_run, add_plan, add_docks, add_compare, add_campaign, add_replay, add_watch, add_identify):
+    for add in (add_run, add_plan, add_docks, add_compare, add_campaign, add_replay, add_show, add_identify):
         add(commands)
     about = "Compile the kernels that this machine has not compiled yet. Otherwise the first controller of a "
     about += "process does it, before its first cycle."

@@ -38,6 +38,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "random seed for all noise; default: 0",
     },
     "--dump-failed": {"type": Path, "metavar": "DIR", "help": "folder for the QPs of failed cycles, as .npz"},
+    "--mcap": {"type": Path, "metavar": "FILE", "help": "write an MCAP file, which Foxglove and Rerun open"},
     "--jobs": {"type": integer(1), "metavar": "K", "help": "number of processes; default: one a core"},
     "--partial": {"action": "store_true", "help": "use the whole cycles of a truncated recording"},
 }

@@ -1,4 +1,4 @@
-"""`rti-mpcc replay`, `watch` and `identify`: a recording compared, in a window, or fitted."""
+"""`rti-mpcc replay`, `show` and `identify`: a recording compared, shown, or fitted."""
 
 from __future__ import annotations
 
@@ -8,16 +8,19 @@ from math import inf
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
-from rti_mpcc.cli.run import simulated
-from rti_mpcc.errors import InputError
 from rti_mpcc.recording import read_recording, replay
 from rti_mpcc.recording.identify import identify
-from rti_mpcc.report.files import write_json
-from rti_mpcc.report.ride import Ride, ride_of_recording
-from rti_mpcc.report.text import print_lines, print_written, progress_bar, replay_lines
-from rti_mpcc.simulation import GoalSource, load_scenario
-
-_OF_SCENARIO = {"method": "dynamic", "preset": "default", "seed": 0}
+from rti_mpcc.report.files import write_extras, write_files, write_json
+from rti_mpcc.report.recorded import recorded_summary
+from rti_mpcc.report.ride import ride_of_recording
+from rti_mpcc.report.text import (
+    print_lines,
+    print_tables,
+    print_written,
+    progress_bar,
+    recorded_table,
+    replay_lines,
+)
 
 
 def add_replay(commands: Commands) -> None:
@@ -57,38 +60,39 @@ def _replay(args: argparse.Namespace) -> int:
     return DONE if report.identical else FAILED
 
 
-def add_watch(commands: Commands) -> None:
-    """Add `watch`."""
+def add_show(commands: Commands) -> None:
+    """Add `show`."""
     parser = commands.add_parser(
-        "watch",
-        help="open a window on a run or a recording, with a time slider",
-        description="Open a window on a run, which is simulated first, or on a recording: the plane and the "
-        "plan at the time of a slider, and speed, steering, acceleration and progress over time.",
+        "show",
+        help="write figures, pictures and a page of a recording",
+        description="Write what `run` writes, of a recording of `run --record` or of your own loop: "
+        "summary.json, trajectory.csv, overview.png, timeline.png and page.html. A truncated recording is "
+        "shown as far as it goes.",
+        epilog="Exit status: 0 written, 2 bad input.",
     )
-    what = "file of `run --record`, name of a built-in scenario, or a .toml file"
-    parser.add_argument("what", metavar="RECORDING_OR_SCENARIO", help=what)
-    add_options(parser, "--method", "--preset", "--seed")
-    unset = dict.fromkeys(_OF_SCENARIO)  # a recording has its own
-    usual = {"goal_source": GoalSource.DETECTED.value, "record": None, "animate": ""}
-    parser.set_defaults(command=_watch, **usual, **unset)
+    parser.add_argument("file", metavar="RECORDING", type=Path, help="file of a `Recorder` or `run --record`")
+    add_folder(parser, "runs/RECORDING")
+    parser.add_argument("--no-plots", action="store_true", help="write no pictures")
+    add_options(parser, "--mcap")
+    moving = "write an animation, .mp4 or .gif"
+    parser.add_argument("--animation", type=Path, metavar="FILE", help=moving)
+    parser.set_defaults(command=_show)
 
 
-def _watch(args: argparse.Namespace) -> int:
-    from rti_mpcc.report.scene import open_window, watch
+def _show(args: argparse.Namespace) -> int:
+    if args.mcap is not None:
+        from rti_mpcc.recording.mcap_log import mcap_libraries
 
-    watch(open_window(), _ride(args))
+        mcap_libraries()
+    with progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
+        ride = ride_of_recording(args.file, progress=progress)
+    figures = recorded_summary(ride)
+    folder = writable_folder(args.out, args.file.stem)
+    written = write_files(ride, figures, folder, plots=not args.no_plots, page=True)
+    written += write_extras(ride, args.mcap, args.animation)
+    print_tables([recorded_table(figures)])
+    print_written(written)
     return DONE
-
-
-def _ride(args: argparse.Namespace) -> Ride:
-    file, given = Path(args.what), vars(args)
-    if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
-        if any(given[name] is not None for name in _OF_SCENARIO):
-            raise InputError(f"{file}: a recording has its own method, preset and seed, leave them out")
-        with progress_bar(file.name, "cycle {task.completed:.0f}") as progress:
-            return ride_of_recording(file, progress=progress)
-    options = {name: usual if given[name] is None else given[name] for name, usual in _OF_SCENARIO.items()}
-    return simulated(load_scenario(args.what), argparse.Namespace(**given | options))[1]
 
 
 def add_identify(commands: Commands) -> None:

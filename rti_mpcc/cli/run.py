@@ -12,7 +12,8 @@ from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_optio
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import make_ready, prepare_process
 from rti_mpcc.recording import Recorder
-from rti_mpcc.report.files import make_writable, write_files
+from rti_mpcc.recording.mcap_log import mcap_libraries
+from rti_mpcc.report.files import make_writable, write_extras, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
 from rti_mpcc.report.text import (
     failure_lines,
@@ -42,11 +43,12 @@ def add_run(commands: Commands) -> None:
         "run",
         help="run a scenario, print its figures, write its files",
         description="Run a scenario in closed loop, print its figures, and write summary.json, "
-        "trajectory.csv, overview.png and timeline.png.",
+        "trajectory.csv, overview.png and timeline.png, on request also page.html, which shows each cycle.",
         # SCENARIO first: after --animate it would be taken for its file.
         usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N] [--ride RIDE]\n"
         "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
-        "                    [--no-plots] [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
+        "                    [--no-plots] [--page] [--mcap FILE] [--animate [FILE]]\n"
+        "                    [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
         "was crossed, or a step failed for good; 2 bad input.",
     )
@@ -62,7 +64,9 @@ def add_run(commands: Commands) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write no pictures")
     written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
     parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
-    parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
+    parser.add_argument("--page", action="store_true", help="write page.html, which shows each cycle")
+    add_options(parser, "--mcap")
+    parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`, `show`")
     add_options(parser, "--dump-failed")
     parser.set_defaults(command=_run)
 
@@ -80,6 +84,8 @@ def _run(arguments: argparse.Namespace) -> int:
         scenario.goal.camera.check()
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: the recorded cycles are searched for failed ones")
+    if arguments.mcap is not None:
+        mcap_libraries()
     folder = writable_folder(arguments.out, scenario.name)
     animation: list[Path] = []
     if arguments.animate is not None:
@@ -90,17 +96,13 @@ def _run(arguments: argparse.Namespace) -> int:
         make_writable(animation[0].parent)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
-    written = write_files(ride, figures, folder, plots=not arguments.no_plots)
-    for file in animation:
-        from rti_mpcc.report.animation import write_animation
-
-        with progress_bar(file.name, "{task.completed:.1f} s") as progress:
-            write_animation([ride], file, progress=progress)
+    written = write_files(ride, figures, folder, plots=not arguments.no_plots, page=arguments.page)
+    extras = write_extras(ride, arguments.mcap, *animation)
     if arguments.record is not None and not problem:
         written.append(arguments.record)
     print_tables([summary_table(figures)])
     print_lines(failure_lines(figures.get("mission")))
-    print_written([*written, *animation])
+    print_written([*written, *extras])
     if result.planning is not None and not result.paths:
         print_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
     if problem:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rti_mpcc.qp.problem import dump_problem, load_problem
 from rti_mpcc.recording.contents import Cycle, Header, Inputs, Recording, read_recording
+from rti_mpcc.recording.mcap_log import McapLog
 from rti_mpcc.recording.recorder import FieldDifference, Mismatch, Recorder, ReplayReport, replay
 from rti_mpcc.version import Machine
 
@@ -13,6 +14,7 @@ __all__ = [
     "Header",
     "Inputs",
     "Machine",
+    "McapLog",
     "Mismatch",
     "Recorder",
     "Recording",

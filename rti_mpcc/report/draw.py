@@ -20,7 +20,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.outline import corners_of, drawn_shape, shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Status
 
 # Colours that stay apart for colour-blind readers (Okabe and Ito 2008):
 BLACK = "#000000"
@@ -33,6 +33,23 @@ RED = "#d55e00"
 PINK = "#cc79a7"
 COLORS = (BLACK, GREY, ORANGE, SKY, GREEN, BLUE, RED, PINK)
 
+STATUS_COLORS = {
+    Status.FOLLOWING: SKY,
+    Status.ARRIVING: BLUE,
+    Status.SETTLING: "#7fc8a9",
+    Status.DOCKED: GREEN,
+    Status.CHANGING_DIRECTION: "#f0e442",
+    Status.STARTING: "#d9d9d9",
+    Status.BLOCKED: RED,
+    Status.GOAL_LOST: PINK,
+    Status.GOAL_REJECTED: "#9e4f7a",
+    Status.SEARCHING: "#e7c6d8",
+    Status.WAITING: "#b3b3b3",
+    Status.PLANNING: ORANGE,
+    Status.STALLED: "#7a3600",
+    Status.GOAL_BEHIND: "#f2a97e",
+    Status.FAILED: BLACK,
+}
 DPI = 130
 """Resolution of the written pictures [dots/inch]."""
 WEIGHTS = (("lag", BLACK), ("contouring", BLUE), ("progress reward", ORANGE), ("goal position", RED))

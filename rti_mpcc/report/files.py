@@ -1,4 +1,4 @@
-"""The files of a run: summary.json, trajectory.csv, overview.png, timeline.png."""
+"""The files of a ride: summary.json, trajectory.csv, overview.png, timeline.png, page.html."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ _FAR = 1e5
 """From (0, 0) on a map [m]; twelve digits would be too few there."""
 
 
-def write_files(ride: Ride, summary: dict[str, Any], folder: Path, *, plots: bool = True) -> list[Path]:
-    """Write the files of a run, with `plots` the pictures, too, into an existing folder. Raises OSError."""
+def write_files(
+    ride: Ride, summary: dict[str, Any], folder: Path, *, plots: bool = True, page: bool = False
+) -> list[Path]:
+    """Write the files of a ride into an existing folder: with `plots` the pictures, with `page` page.html,
+    which needs moments. Raises OSError."""
     written = [folder / "summary.json", folder / "trajectory.csv"]
     write_json(summary, written[0])
     write_trajectory(ride, written[1])
@@ -34,6 +37,38 @@ def write_files(ride: Ride, summary: dict[str, Any], folder: Path, *, plots: boo
         for name, figure in figures.items():
             written.append(folder / f"{name}.png")
             draw.save(figure, written[-1])
+    if page:
+        from rti_mpcc.report.ride_page import ride_page
+
+        written.append(folder / "page.html")
+        written[-1].write_text(ride_page(ride, summary), encoding="utf-8")
+    return written
+
+
+def write_extras(ride: Ride, mcap: Path | None, animation: Path | None = None) -> list[Path]:
+    """Write the MCAP file and the animation that were asked for.
+
+    Raises OSError, InputError, and MissingExtraError where the extra for MCAP is not installed.
+    """
+    written = []
+    if mcap is not None:
+        from rti_mpcc.recording.mcap_log import McapLog
+
+        make_writable(mcap.parent)
+        with McapLog(mcap) as log:
+            for moment in ride.moments:
+                log.write_moment(moment, ride.config)
+        written.append(mcap)
+    if animation is not None:
+        # Not at the top: matplotlib takes long to load.
+        from rti_mpcc.report.animation import animation_file, write_animation
+        from rti_mpcc.report.text import progress_bar
+
+        file = animation_file(animation, animation.parent)
+        make_writable(file.parent)
+        with progress_bar(file.name, "{task.completed:.1f} s") as progress:
+            write_animation([ride], file, progress=progress)
+        written.append(file)
     return written
 
 

@@ -28,7 +28,9 @@ def rendered(template: str, title: str, *folders: Path, **given: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {one.__name__: one for one in (embedded, in_words, marked, number, percent)}
+    environment.filters |= {
+        one.__name__: one for one in (embedded, in_words, marked, number, percent, safe_json)
+    }
     environment.globals["next"] = next
     counters = {"contents": [], "table_numbers": count(1), "figure_numbers": count(1)}
     return environment.get_template(template).render(title=title, **counters, **given).lstrip()
@@ -38,6 +40,11 @@ def embedded(picture: bytes | Figure) -> str:
     """A picture as an address that holds all of it."""
     data = draw.png(picture) if isinstance(picture, Figure) else picture
     return f"data:image/png;base64,{b64encode(data).decode('ascii')}"
+
+
+def safe_json(data: str) -> Markup:
+    """JSON as the text of a script element, which no string of it can end."""
+    return Markup(data.replace("<", "\\u003c"))
 
 
 def marked(text: object) -> Markup:

@@ -1,4 +1,4 @@
-"""A ride as one table, simulated or recorded: all pictures, animations and windows of a ride read it."""
+"""A ride as one table, simulated or recorded: all pictures, pages, tables and logs of a ride read it."""
 
 from __future__ import annotations
 
@@ -19,45 +19,18 @@ from geometry.outline import outline_at
 from rti_mpcc.clock import PlayedBack
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.mission_state import StepRecord
 from rti_mpcc.recording import read_recording
 from rti_mpcc.recording.contents import core_of
+from rti_mpcc.recording.moment import Moment, moment_of
 from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
-from rti_mpcc.simulation.controllers import wrapped
 from rti_mpcc.simulation.metrics import detections_of
 from rti_mpcc.simulation.result import Truth
 from rti_mpcc.simulation.sections.goal import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
-    """One cycle of a ride at `time` [s].
-
-    Attributes:
-        pose: (3,) of the rear axle x [m], y [m], heading [rad], true in a simulated ride, else measured.
-        state: as measured; command: with its plan.
-        goal: (3,) the true one; None where it is not known, as in a recording.
-        route, corridor: of the controller in this cycle; None where there was none yet.
-        obstacles: outlines (k, 2) [m] beside those of the area.
-    """
-
-    time: float
-    pose: Array
-    state: VehicleState
-    command: Command
-    goal: Array | None
-    route: ReferencePath | None
-    corridor: Corridor | None
-    obstacles: tuple[Array, ...]
-
-    @property
-    def weights(self) -> tuple[float, ...]:
-        """The effective weights in the order of `draw.WEIGHTS`."""
-        weights = self.command.diagnostics.weights
-        return weights.lag, weights.contouring, weights.progress_reward, weights.goal_position
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +39,8 @@ class Ride:
 
     Attributes:
         title: scenario or file; config: of the controller.
-        motion: true at each step of the simulation; of a recording measured in each cycle, NaN: unknown.
+        motion: true at each step of the simulation; of a recording as measured in each cycle, acceleration
+            and steering rate as commanded, and goals NaN.
         moments: of all cycles, in order of time; empty where no `Observer` kept them.
         path, corridor: that were given; None in an area, and `area` None along a given path.
         routes: (from time [s], route) in order of time, with the given path.
@@ -94,6 +68,11 @@ class Ride:
     frames: tuple[tuple[float, bytes], ...] = ()
 
     @property
+    def simulated(self) -> bool:
+        """Whether the truth is known."""
+        return bool(np.isfinite(self.motion.goals).any())
+
+    @property
     def end(self) -> float:
         """Time at which it ends [s]."""
         return float(self.motion.times[-1])
@@ -114,24 +93,8 @@ class Observer:
     def step(self, state: VehicleState, *, now: float, **given: Any) -> Command:
         """One cycle. Arguments, result and errors are those of the controller's `step`."""
         command = self.controller.step(state, now=now, **given)
-        self.moments.append(_moment(self.controller, state, command, now))
+        self.moments.append(moment_of(self.controller, state, command, now))
         return command
-
-
-def _moment(controller: object, state: VehicleState, command: Command, time: float) -> Moment:
-    core: Any = wrapped(controller)[-1]
-    route = getattr(core, "path", None)
-    corridor = None if route is None else core.corridor
-    return Moment(
-        time=time,
-        pose=np.array([state.x, state.y, state.phi]),
-        state=state,
-        command=command,
-        goal=None,
-        route=route,
-        corridor=corridor,
-        obstacles=() if corridor is None else corridor.obstacles,
-    )
 
 
 class CameraFrames:
@@ -215,7 +178,7 @@ def ride_of_recording(
             # Recorded clocks may go back or fail.
             given = cycle.inputs.now if isfinite(cycle.inputs.now) else now
             now = max(now, given) if moments else given
-            moments.append(_moment(driver, cycle.inputs.state, cycle.command, now))
+            moments.append(moment_of(driver, cycle.inputs.state, cycle.command, now))
         if progress is not None:
             progress(done, len(recording.cycles))
     title = Path(file).name if recording.complete else f"{Path(file).name} (truncated)"
@@ -223,17 +186,17 @@ def ride_of_recording(
         raise InputError(f"{title}: has no cycle to show")
     changes = [moments[0], *(after for before, after in pairwise(moments) if after.route is not before.route)]
     commands = [moment.command for moment in moments]
-    unknown = np.full(len(moments), np.nan)
+    v, delta = np.array([(moment.state.v, moment.state.delta) for moment in moments]).T
     motion = Truth(
         times=np.array([moment.time for moment in moments]),
         poses=np.array([moment.pose for moment in moments]),
-        v=np.array([moment.state.v for moment in moments]),
-        delta=np.array([moment.state.delta for moment in moments]),
+        v=v,
+        delta=delta,
         theta=np.array([command.diagnostics.theta for command in commands]),
         part=np.array([command.diagnostics.part for command in commands]),
-        acceleration=unknown,
-        steering_rate=unknown,
-        lateral_acceleration=unknown,
+        acceleration=np.array([command.acceleration for command in commands]),
+        steering_rate=np.array([command.steering_rate for command in commands]),
+        lateral_acceleration=v**2 * np.tan(delta) / recording.header.config.vehicle.wheelbase,
         goals=np.full((len(moments), 3), np.nan),
     )
     return Ride(
@@ -247,4 +210,5 @@ def ride_of_recording(
         routes=tuple((each.time, each.route) for each in changes if each.route is not None),
         obstacles=tuple({id(each): each for moment in moments for each in moment.obstacles}.values()),
         detections=tuple(each for command in commands for each in command.diagnostics.detections),
+        steps=driver.log if isinstance(driver, DockingMission) else (),
     )

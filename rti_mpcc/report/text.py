@@ -124,13 +124,24 @@ def warnings_on_stderr(program: str) -> Iterator[None]:
 
 def summary_table(summary: Mapping[str, Any]) -> Table:
     """The figures of `simulation.summary`, each with its unit."""
+    title = "{scenario}, method {method}, preset {preset}".format_map(summary)
+    return _table(title, [*_ride_rows(summary), *mission_rows(summary.get("mission"))])
+
+
+def recorded_table(summary: Mapping[str, Any]) -> Table:
+    """The figures of `report.recorded.recorded_summary`, each with its unit."""
+    told = {name: value for name, value in summary.items() if name not in ("recording", "statuses")}
+    spent = ((f"time {status}", number(seconds, 2), "s") for status, seconds in summary["statuses"].items())
+    return _table(str(summary["recording"]), [*_ride_rows(told), *spent])
+
+
+def _ride_rows(summary: Mapping[str, Any]) -> Iterator[Row]:
     comfort, hard = summary["comfort"], summary["hard_braking"]
     figures = {name: value for name, value in summary.items() if name not in _APART}
     figures["hard_braking"] = ", ".join(f"{count} {reason}" for reason, count in hard.items()) or "none"
     peaks = figures.pop("peak").items()
     figures["peak / comfort"] = {name: _against(value, comfort[name]) for name, value in peaks}
-    title = "{scenario}, method {method}, preset {preset}".format_map(summary)
-    return _table(title, [*figure_rows(figures), *mission_rows(summary.get("mission"))])
+    return figure_rows(figures)
 
 
 def plan_table(name: str, figures: Mapping[str, Any]) -> Table:

@@ -1,10 +1,10 @@
-"""Strip charts: of a ride (motion, goal, weights, computing time), and of identified drive and steering."""
+"""Strip charts: of a ride (status, motion, goal, weights, computing time), and of identified actuators."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,14 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from estimation import GoalStatus, stds_in
 from rti_mpcc.mission_state import StepRecord
 from rti_mpcc.recording.identify import Identified
+from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw
-from rti_mpcc.report.ride import Moment, Ride
+from rti_mpcc.report.ride import Ride
+from rti_mpcc.report.strips import Strip, motion_strips
 from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult
 
-MOTION = 4
-"""Number of the first rows: speed, steering, acceleration, progress."""
+T = TypeVar("T")
 FARTHEST = (1.0, 1.0, 30.0)
 """No row of the goal's errors reaches farther than this [m], [m], [deg]."""
 GOAL_ROWS = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")
@@ -39,6 +40,8 @@ _SHADES = {
 }
 _BANDED = 3
 """Number of the first rows that show the steps of a mission."""
+_ENTRIES = 6
+"""Largest number of entries in a column of a legend."""
 _OVER = {
     MissionResult.SUCCEEDED: (draw.GREEN, "step, succeeded"),
     MissionResult.RUNNING: (draw.GREY, "step, running"),
@@ -49,59 +52,99 @@ _PAD, _LINE_HEIGHT, _LETTER = 6.0, 12.0, 0.012
 
 
 def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
-    """All strip charts of a ride above one another, on one time axis, see `strip_charts`."""
-    rows = MOTION + (2 + len(GOAL_ROWS) * ride.filtered if ride.moments else 0)
-    figure = Figure(figsize=(10.0, 2.0 * rows), layout="constrained")
-    axes = figure.subplots(rows, 1, sharex=True)
-    strip_charts(axes, ride, summary)
-    axes[0].set_title(ride.title, pad=_PAD + name_bands(axes[0], ride))
-    return figure
+    """Status of each cycle, and strip charts of a ride above one another, on one time axis.
 
-
-def strip_charts(rows: Sequence[Axes], ride: Ride, summary: Mapping[str, Any]) -> None:
-    """Charts over time with legends beside them: v, delta, a, theta; in further rows the errors of the goal
-    (where a filter was in use), effective weights and computing time.
-
-    `summary` gives the times that are marked: inside tolerance, the paper's T_goal (dotted), and docked
-    (dashed). The steps of a mission are bands in the first rows.
+    The charts: those of `motion_strips`; the errors of the goal, where a filter was in use; the effective
+    weights, where they change; computing time. `summary` gives the times that are marked: inside tolerance,
+    the paper's T_goal (dotted), and docked (dashed). The steps of a mission are bands in the first charts.
     """
-    motion, limit = ride.motion, ride.config.limits.steering
-    times = [moment.time for moment in ride.moments]
-    commands = [moment.command.acceleration for moment in ride.moments]
-    rows[2].step(times, commands, where="post", **_thin(draw.ORANGE, "commanded"))
-    label = "true" if np.isfinite(motion.goals).any() else "measured"
-    names = ("v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]")
-    curves = (motion.v, motion.delta, motion.acceleration, motion.theta)
-    for axes, values, name in zip(rows, curves, names, strict=False):
-        if np.isfinite(values).any():
-            axes.plot(motion.times, values, color=draw.BLUE, label=label)
-        axes.set_ylabel(name)
-    for side in (limit, -limit):
-        rows[1].axhline(side, linestyle="dashdot", **_thin(draw.GREY, "limit"))
-    _draw_routes(rows[3], ride)
-    goal, control = rows[MOTION:-2], rows[MOTION:][-2:]
-    if len(control):
-        _draw_control(control[0], control[1], ride)
-    if len(goal):
+    strips, goals = motion_strips(ride), len(GOAL_ROWS) * ride.filtered
+    weights, computing = _weights_change(ride), bool(ride.moments)
+    rows = len(strips) + goals + weights + computing
+    figure = Figure(figsize=(10.0, 1.7 * rows + 0.6), layout="constrained")
+    heights = [0.25 if ride.moments else 0.01, *[1.0] * rows]
+    band, *axes = figure.subplots(1 + rows, 1, sharex=True, height_ratios=heights)
+    _draw_statuses(band, ride)
+    commands = [moment.command for moment in ride.moments]
+    commanded = {
+        "acceleration [m/s²]": [command.acceleration for command in commands],
+        "steering rate [rad/s]": [command.steering_rate for command in commands],
+    }
+    for row, strip in zip(axes, strips, strict=False):
+        _draw_strip(row, ride, strip, commanded.get(strip.label))
+    _draw_routes(axes[len(strips) - 1], ride)
+    goal = axes[len(strips) :][:goals]
+    if goals:
         _draw_goal(goal, ride)
-    # The goal's rows share a legend; the first one also names the bands and the marks of all.
-    for group in (*([axes] for axes in rows[1:MOTION]), goal, *([axes] for axes in control)):
-        if len(group):
-            group[0].legend(*draw.entries_once(group), fontsize="small", **draw.BESIDE)
-    for axes in rows[:_BANDED]:
-        draw_bands(axes, ride)
-    for axes in rows:
+    if weights:
+        _draw_weights(axes[len(strips) + goals], ride)
+    if computing:
+        _draw_computing(axes[-1], ride)
+    for row in axes[:_BANDED]:
+        draw_bands(row, ride)
+    start = float(ride.motion.times[0])
+    for row in axes:
         for key, name, dashes in (
             ("time_to_tolerance_s", "inside tolerance", "dotted"),
             ("time_to_dock_s", "docked", "dashed"),
         ):
             if summary.get(key) is not None:
-                axes.axvline(summary[key], color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name)
-        draw.grid(axes)
-    rows[0].legend(*draw.entries_once(rows[:1]), fontsize="small", **draw.BESIDE)
-    rows[-1].set_xlabel("time [s]")
-    start = float(motion.times[0])
-    rows[-1].set_xlim(start, max(ride.end, start + 1e-3))
+                row.axvline(
+                    start + summary[key], color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name
+                )
+        draw.grid(row)
+    # The goal's rows share a legend; the first chart also names the bands and the marks of all.
+    marks = {label for label in axes[0].get_legend_handles_labels()[1] if label != strips[0].label}
+    named: set[str] = set()
+    for row in axes:
+        handles, labels = draw.entries_once(goal if row in goal[:1] else [row])
+        own = [k for k, label in enumerate(labels) if label not in marks & named]
+        named |= set(labels)
+        if own and row not in goal[1:]:
+            look = {"fontsize": "small", **draw.BESIDE, "ncols": 1 + (len(own) > _ENTRIES)}
+            row.legend([handles[k] for k in own], [labels[k] for k in own], **look)
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(start, max(ride.end, start + 1e-3))
+    band.set_title(ride.title, pad=_PAD + name_bands(band, ride))
+    return figure
+
+
+def _draw_statuses(band: Axes, ride: Ride) -> None:
+    """The status of each cycle as a band of colours, named beside it."""
+    band.set_yticks([])
+    band.set_ylabel("status", rotation=0, ha="right", va="center")
+    statuses = [moment.command.status for moment in ride.moments]
+    for status, start, until in _spells(statuses, [moment.time for moment in ride.moments], ride.end):
+        band.axvspan(start, until, color=draw.STATUS_COLORS[status], linewidth=0.0, label=status.value)
+    if statuses:
+        look = {"fontsize": "small", **draw.BESIDE, "ncols": 2}
+        band.legend(*draw.entries_once([band]), **look)
+
+
+def _draw_strip(row: Axes, ride: Ride, strip: Strip, commanded: Sequence[float] | None) -> None:
+    """A quantity with its comfort value and limit: neither of them makes the curve small."""
+    known = np.isfinite(strip.values)
+    if commanded is not None:
+        times = [moment.time for moment in ride.moments]
+        row.step(times, commanded, where="post", **_thin(draw.ORANGE, "commanded"))
+    if known.any() and (ride.simulated or commanded is None):
+        label = "true" if ride.simulated else "measured"
+        row.plot(ride.motion.times, strip.values, color=draw.BLUE, label=label)
+    reach = max([float(np.abs(strip.values[known]).max(initial=0.0)), strip.comfort or 0.0])
+    for name, most, dashes, color in (
+        ("comfort", strip.comfort, "dashed", draw.GREEN),
+        ("limit", strip.limit, "dashdot", draw.GREY),
+    ):
+        if most is not None and most <= 1.5 * reach:
+            for side in (most, -most):
+                row.axhline(side, linestyle=dashes, **_thin(color, name))
+    row.set_ylabel(strip.label.replace(" [", "\n["))
+
+
+def _weights_change(ride: Ride) -> bool:
+    """Whether the effective weights of the QPs differ within the ride."""
+    solved = [moment.weights for moment in ride.moments if moment.command.diagnostics.solver_status]
+    return len(set(solved)) > 1
 
 
 def actuators_figure(title: str, found: Identified) -> Figure:
@@ -141,25 +184,30 @@ def _draw_routes(axes: Axes, ride: Ride) -> None:
         axes.axvline(start, color=draw.PINK, linestyle="dotted", linewidth=1.2, label="replanned")
 
 
-def _draw_control(weights: Axes, computing: Axes, ride: Ride) -> None:
+def _draw_weights(row: Axes, ride: Ride) -> None:
     times = [moment.time for moment in ride.moments]
     values = np.array([moment.weights for moment in ride.moments])
     for (name, color), each in zip(draw.WEIGHTS, values.T, strict=True):
-        weights.step(times, each, where="post", color=color, label=name)
+        if each.any():
+            row.step(times, each, where="post", color=color, label=name)
     # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
-    weights.set_yscale("symlog", linthresh=1.0)
-    weights.set_ylim(0.0, 10.0 * max(1.0, float(values.max())))
-    weights.set_ylabel("effective weights")
+    row.set_yscale("symlog", linthresh=1.0)
+    row.set_ylim(0.0, 10.0 * max(1.0, float(values.max())))
+    row.set_ylabel("effective\nweights")
+
+
+def _draw_computing(row: Axes, ride: Ride) -> None:
+    times = [moment.time for moment in ride.moments]
     # Logarithmic: a new segment or objective takes several QPs and would hide the common cycle.
-    computing.set_yscale("log")
+    row.set_yscale("log")
     for name, color, label in (
         ("step_ms", draw.GREY, "whole cycle"),
         ("feedback_ms", draw.ORANGE, "feedback phase"),
         ("solve_ms", draw.BLUE, "solver"),
     ):
         spent = np.array([getattr(moment.command.diagnostics, name) for moment in ride.moments])
-        computing.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
-    computing.set_ylabel("time a cycle [ms]")
+        row.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
+    row.set_ylabel("time a cycle\n[ms]")
 
 
 def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
@@ -226,13 +274,18 @@ def _draw_detections(
 
 
 def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
-    starts = [k for k, status in enumerate(statuses) if k == 0 or status is not statuses[k - 1]]
-    for (start, until), k in zip(pairwise([*np.asarray(times)[starts], end]), starts, strict=True):
-        status = statuses[k]
+    for status, start, until in _spells(statuses, np.asarray(times).tolist(), end):
         if status is not None:
             color, alpha = _SHADES[status]
             look: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0.0, "zorder": 0}
             axes.axvspan(start, until, label=status.value, **look)
+
+
+def _spells(values: Sequence[T], times: Sequence[float], end: float) -> Iterator[tuple[T, float, float]]:
+    """Each value that stays, from when and until when [s]."""
+    starts = [k for k, value in enumerate(values) if k == 0 or value is not values[k - 1]]
+    for (start, until), k in zip(pairwise([*(times[k] for k in starts), end]), starts, strict=True):
+        yield values[k], start, until
 
 
 def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None:

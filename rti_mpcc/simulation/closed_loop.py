@@ -15,7 +15,8 @@ from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, wrapped
+from rti_mpcc.recording.moment import wrapped
+from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of
 from rti_mpcc.simulation.faults import Disturbances
 from rti_mpcc.simulation.goal_feed import (
     CameraDetector,

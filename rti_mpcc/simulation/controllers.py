@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.recording.moment import wrapped
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.sections.controller import built_step
@@ -21,14 +22,6 @@ from rti_mpcc.types import MissionResult
 def mission_in(controller: object) -> DockingMission | None:
     """The controller, or what it is wrapped around, if that is a mission."""
     return next((each for each in wrapped(controller) if hasattr(each, "docks")), None)
-
-
-def wrapped(controller: object) -> list[Any]:
-    """The controller, the one that it is wrapped around, and so on."""
-    found = [controller]
-    while (inner := getattr(found[-1], "controller", None)) is not None:
-        found.append(inner)
-    return found
 
 
 def controller_of(scenario: Scenario, config: ControllerConfig) -> DockingController:

@@ -39,6 +39,7 @@ def summary(result: RunResult) -> dict[str, Any]:
     standing = inside & (np.abs(truth.v) <= STANDSTILL_SPEED)
     to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
     to_dock = time_to_dock(truth.times, standing)
+    gain, comfort = result.scenario.simulation.acceleration_gain, result.config.comfort_acceleration
     bound = 0.0 if to_dock is None else energy_bound(truth, to_dock)
     clearance = float(np.min(body_clearances(result)))
     # The vehicle is to stand at its goal at the end of the last docking, or of the run.
@@ -52,7 +53,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "docked": to_dock is not None and bool(standing[end]),
         "time_to_tolerance_s": to_tolerance,
         "time_to_dock_s": to_dock,
-        "final_error": _named(errors[end]),
+        "final_error": named(errors[end]),
         "min_clearance_m": clearance if isfinite(clearance) else None,
         "direction_changes": len(turning_points(truth.times, truth.v)),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
@@ -61,12 +62,15 @@ def summary(result: RunResult) -> dict[str, Any]:
         "energy_to_dock": energy(truth, to_dock),
         # Over the least possible; none if the vehicle did not dock or move.
         "energy_ratio": energy(truth, to_dock)["acceleration"] / bound if bound > 0.0 else None,
-        "peak": {**_peaks(truth, to_dock), "jerk": peak_jerk(result, to_dock)},
+        "peak": {
+            **peaks(truth, to_dock),
+            "jerk": peak_jerk(result.cycles, result.scenario.simulation.cycle, to_dock, gain),
+        },
         "comfort": result.config.comfort._asdict(),
-        "hard_braking": hard_braking(result),
+        "hard_braking": hard_braking(truth, result.cycles, comfort, gain),
         "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
-        **_computing(result.cycles),
+        **computing(result.cycles),
         **_planning(result),
         **_mission(result),
         "goal": goal_summary(result),
@@ -130,7 +134,7 @@ def goal_summary(result: RunResult) -> dict[str, Any] | None:
         "source": result.goal_source.value,
         **(counts if result.goal_source is GoalSource.DETECTED else dict.fromkeys(counts)),
         "first_seen_s": float(cycles.times[seen.index(True)]) if any(seen) else None,
-        "estimate_error": _named(error[0]) if len(known) else dict.fromkeys(_ERRORS),
+        "estimate_error": named(error[0]) if len(known) else dict.fromkeys(_ERRORS),
         "mean_nis": float(np.mean(nis)) if nis else None,
         "final_status": None if last is None else last.status.value,
     }
@@ -144,7 +148,8 @@ def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
     return None
 
 
-def _named(error: Array) -> dict[str, float]:
+def named(error: Array) -> dict[str, float]:
+    """Errors (3,) by the names that they have in summary.json."""
     return dict(zip(_ERRORS, error.tolist(), strict=True))
 
 
@@ -159,7 +164,7 @@ def _mission(result: RunResult) -> dict[str, Any]:
             row = truth.rows_at([record.end])
             if record.dock is not None:
                 goal = Pose2(*truth.goals[row[0]].tolist()).compose(goal.relative_to(record.dock))
-            error = _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row])[0])
+            error = named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row])[0])
         steps.append(
             {
                 "step": record.place,
@@ -267,7 +272,7 @@ def _square_integral(times: Array, values: Array, until: float | None) -> float:
     return float(np.trapezoid(values[:count] ** 2, times[:count]))
 
 
-def _peaks(truth: Truth, until: float | None) -> dict[str, float]:
+def peaks(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run) of what has a comfort value."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
     names = (name for name in Comfort._fields if name != "jerk")
@@ -300,7 +305,7 @@ def _planning(result: RunResult) -> dict[str, Any]:
     return {"planning": {**found, "length_m": length, "cusps": cusps}}
 
 
-def _computing(cycles: Cycles) -> dict[str, Any]:
+def computing(cycles: Cycles) -> dict[str, Any]:
     """Over all cycles; the times leave the first cycle out."""
     iterations = _percentiles(cycles.iterations[cycles.solved])
     return {

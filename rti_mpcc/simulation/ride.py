@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, Truth
 from rti_mpcc.types import Array
 
 TURNING_TRAVEL = 0.05  # a change of direction counts after this travel in the new one [m]
@@ -68,29 +68,28 @@ def spells(true: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
         yield first, behind - 1
 
 
-def hard_braking(result: RunResult) -> dict[str, int]:
-    """Number of cycles that braked with more than `HARD` times the comfort acceleration, by their reason.
+def hard_braking(truth: Truth, cycles: Cycles, comfort: float, gain: float = 1.0) -> dict[str, int]:
+    """Number of cycles that braked with more than `HARD` times `comfort` [m/s²], by their reason.
 
-    The acceleration is that of the plant: a weak drive makes less of a command.
+    `gain`: of the drive, as a weak drive makes less of a command.
     """
-    truth, cycles = result.truth, result.cycles
     speed = np.interp(cycles.times, truth.times, truth.v)
-    braking = -np.sign(speed) * result.scenario.simulation.acceleration_gain * cycles.acceleration
-    hard = (braking > HARD * result.config.comfort_acceleration) & (np.abs(speed) > STANDSTILL_SPEED)
+    braking = -np.sign(speed) * gain * cycles.acceleration
+    hard = (braking > HARD * comfort) & (np.abs(speed) > STANDSTILL_SPEED)
     return dict(sorted(Counter(cause.value for cause in cycles.cause[hard]).items()))
 
 
-def peak_jerk(result: RunResult, until: float | None) -> float:
+def peak_jerk(cycles: Cycles, cycle: float, until: float | None, gain: float = 1.0) -> float:
     """Largest change of the commanded acceleration from a cycle to the next, times the drive's gain, over the
-    time between them, up to `until` [s] (None: the whole run) [m/s³]."""
-    times, commanded = result.cycles.times, result.cycles.acceleration
+    time between them, up to `until` [s] (None: the whole run) [m/s³]. `cycle`: time before the first [s]."""
+    times, commanded = cycles.times, cycles.acceleration
     count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME))
     if count < 1:
         return 0.0
     # The acceleration before the first command is 0.
     changes = np.abs(np.diff(commanded[:count], prepend=0.0))
-    spans = np.diff(times[:count], prepend=times[0] - result.scenario.simulation.cycle)
-    return float(result.scenario.simulation.acceleration_gain * np.max(changes / spans))
+    spans = np.diff(times[:count], prepend=times[0] - cycle)
+    return float(gain * np.max(changes / spans))
 
 
 def _travel(times: Array, v: Array) -> Array:

@@ -1,15 +1,11 @@
-"""The command line: `run --record`, `run --animate`, `replay` and `watch`."""
+"""The command line: `run --record`, `run --animate`, `run --page`, `replay` and `show`."""
 
 from __future__ import annotations
 
-import os
-import subprocess
+import json
 import sys
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
-import matplotlib
 import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
@@ -17,7 +13,6 @@ from PIL import Image
 from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Machine, read_recording
-from rti_mpcc.report.ride import Ride
 from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
 
 SEEN = """
@@ -36,7 +31,6 @@ board = { x = -2.0, dictionary = "DICT_4X4_50" }
 duration = 0.5
 """
 """A scenario with a camera that is over soon."""
-NO_WINDOW = "rti-mpcc: error: watch opens a window, which needs a display: "
 
 
 @pytest.fixture(autouse=True)
@@ -182,72 +176,59 @@ def test_a_camera_that_can_take_no_picture_is_refused_before_the_run(
     assert not Path("runs").exists()
 
 
-@pytest.fixture
-def rides(monkeypatch: pytest.MonkeyPatch) -> list[Ride]:
-    """What is watched in this process, as if a window could be opened."""
-    shown: list[Ride] = []
-    monkeypatch.setattr("rti_mpcc.report.scene.open_window", lambda: None)
-    monkeypatch.setattr("rti_mpcc.report.scene.watch", lambda window, ride: shown.append(ride))
-    return shown
+def written(folder: str) -> set[str]:
+    return {file.name for file in Path(folder).iterdir()}
 
 
-def test_watching_a_scenario(rides: list[Ride]) -> None:
-    for options in (["--preset", "paper", "--seed", "2"], [], ["--method", "separated"]):
-        assert main(["watch", "short.toml", *options]) == 0
-    other, ride, _ = rides
-    titles = ["short (paper)", "short (default)", "short (separated, default)"]
-    assert [each.title for each in rides] == titles
-    assert [len(each.moments) for each in rides] == [7] * 3
-    assert other.moments[0].state != ride.moments[0].state
-    assert not Path("runs").exists()
+def test_show_writes_what_run_writes(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = ["--mcap", "logs/ride.mcap", "--animation", "films/ride.gif"]
+    assert main(["show", str(recording), *files]) == 0
+    said = capsys.readouterr().out
+    assert written("runs/run") == {
+        "summary.json",
+        "trajectory.csv",
+        "overview.png",
+        "timeline.png",
+        "page.html",
+    }
+    figures = json.loads(Path("runs/run/summary.json").read_text())
+    assert (figures["recording"], figures["cycles"], figures["docked"]) == ("run.jsonl", 7, False)
+    assert len(Path("runs/run/trajectory.csv").read_text().splitlines()) == 1 + 7
+    assert Path("logs/ride.mcap").read_bytes().startswith(b"\x89MCAP")
+    assert Path("films/ride.gif").read_bytes().startswith(b"GIF8")
+    for file in ("page.html", "logs/ride.mcap", "films/ride.gif"):
+        assert file in said
 
 
-def test_watching_a_mission_and_its_recording(rides: list[Ride]) -> None:
+def test_a_run_writes_the_page_and_the_mcap_file_that_are_asked_for() -> None:
+    assert run("short.toml", "--page", "--mcap", "ride.mcap", "--out", "made") == 1
+    assert written("made") == {"summary.json", "trajectory.csv", "page.html"}
+    assert Path("ride.mcap").read_bytes().startswith(b"\x89MCAP")
+    assert run("short.toml", "--out", "plain") == 1
+    assert written("plain") == {"summary.json", "trajectory.csv"}
+
+
+def test_a_mission_and_its_truncated_recording_are_shown() -> None:
     write_mission(1.0)
     run("delivery.toml", "--record", "run.jsonl")
-    Path("run.jsonl").rename("renamed")
-    assert main(["watch", "renamed"]) == 0
-    assert main(["watch", "delivery.toml"]) == 0
-    recorded, simulated = rides
-    assert recorded.title == "renamed"
-    for one, other in zip(recorded.moments, simulated.moments, strict=True):
-        assert one.command.mission == other.command.mission
-        assert (one.route is None) == (other.route is None)
-    assert simulated.moments[-1].route is not None
+    Path("cut").write_bytes(Path("run.jsonl").read_bytes()[:-3000])
+    for name in ("run.jsonl", "cut"):
+        assert main(["show", name, "--no-plots", "--out", f"shown {name}"]) == 0
+        page = Path(f"shown {name}/page.html").read_text()
+        assert ("(truncated)" in page) is (name == "cut")
 
 
-def test_what_cannot_be_watched_is_refused(rides: list[Ride], capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_shown_is_refused(
+    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     Path("notes").write_text("something else\n")
-    own = "run.jsonl: a recording has its own method, preset and seed, leave them out"
+    monkeypatch.setitem(sys.modules, "mcap.writer", None)
     for arguments, message in (
         ("nowhere.jsonl", "nowhere.jsonl: cannot be read"),
-        ("docking", "docking: must be a .toml file or one of"),
         ("notes", "notes: is not a recording of rti-mpcc"),
-        *((f"run.jsonl {option}", own) for option in ("--preset=paper", "--seed=0", "--method=dynamic")),
+        (f"{recording} --mcap x.mcap", "an MCAP file needs more: pip install '.[mcap]' in rti-mpcc's folder"),
+        (f"{recording} --animation x.png", "x.png: an animation must end in .mp4 or .gif"),
     ):
-        assert message in refused(capsys, "watch", *arguments.split())
-    assert rides == []
-
-
-def watched(backend: str, name: str) -> subprocess.CompletedProcess[str]:
-    """In a process of its own: pyplot, once loaded, stays."""
-    here = f"{Path(__file__).parents[2]}{os.pathsep}{Path.cwd()}"
-    environment = os.environ | {"PYTHONPATH": here, "MPLBACKEND": backend}
-    command = [sys.executable, "-m", "rti_mpcc", "watch", name]
-    return subprocess.run(command, env=environment, capture_output=True, text=True)
-
-
-def test_watch_without_a_display_says_so_before_the_run(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done = watched("Agg", "docking_inside")
-    problem = "matplotlib's backend is Agg, which only writes files\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", NO_WINDOW + problem)
-
-    def no_figure(**_: Any) -> None:
-        raise RuntimeError("no screen\nat all")
-
-    toolkit = SimpleNamespace(figure=no_figure, get_backend=lambda: "any")
-    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", toolkit)
-    monkeypatch.setattr(matplotlib, "pyplot", toolkit, raising=False)
-    assert refused(capsys, "watch", "docking_inside") == f"{NO_WINDOW}no screen at all\n"
+        assert message in refused(capsys, "show", *arguments.split())
+    assert "pip install '.[mcap]'" in refused(capsys, "run", "short.toml", "--mcap", "x.mcap", "--out", "new")
+    assert not Path("new").exists()

@@ -21,11 +21,20 @@ from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import Ride, ride_of_run
 from rti_mpcc.report.timeline import GOAL_ROWS, timeline_figure
 from rti_mpcc.simulation import GoalSource, RunResult, scenario_from_dict, simulate, summary
+from rti_mpcc.types import Status
 from tests.rti_mpcc.planned import OnPlannedPath
 from tests.rti_mpcc.report.conftest import driven
 from tests.rti_mpcc.short_missions import short
 
-ROWS = ["v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]", "effective weights", "time a cycle [ms]"]
+MOTION = [
+    "speed\n[m/s]",
+    "steering\n[rad]",
+    "acceleration\n[m/s²]",
+    "lateral acceleration\n[m/s²]",
+    "steering rate\n[rad/s]",
+    "progress\n[m]",
+]
+COMPUTING = "time a cycle\n[ms]"
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.05, 6.0), (-1, 0.0, 4.0)])
 OTHER = ReferencePath.from_segments(Pose2(0.5, 0.0, 0.0), [(1, 0.0, 6.0)])
 WALL = np.array([[14.0, -3.0], [14.5, -3.0], [14.5, -2.0], [14.0, -2.0]])
@@ -111,9 +120,26 @@ def test_overview_in_an_area_shows_static_and_other_obstacles_and_routes(hall: R
     assert not {"route", "earlier route"} & set(labels(overview_figure(replace(hall, routes=()))))
 
 
+def test_status_comfort_and_changing_weights_are_shown(ride: Ride, figures: dict[str, Any]) -> None:
+    """The band has each status from its first cycle on; lines leave the curves visible."""
+    first, *others = ride.moments
+    other = replace(first.command, status=Status.BLOCKED)
+    weights = replace(first.command.diagnostics.weights, goal_position=1.0)
+    changed = replace(first.command, diagnostics=replace(first.command.diagnostics, weights=weights))
+    blocked = replace(ride, moments=(replace(first, command=other), *others))
+    figure = timeline_figure(blocked, figures)
+    assert labels(figure.axes[0])[0] == "blocked"
+    span = figure.axes[0].patches[0].get_extents().transformed(figure.axes[0].transData.inverted())
+    assert (span.x0, span.x1) == pytest.approx((0.0, others[0].time), abs=1e-6)
+    assert {"comfort", "commanded"} <= set(labels(figure.axes[3]))
+    assert "limit" not in labels(figure.axes[3])
+    weighed = timeline_figure(replace(ride, moments=(replace(first, command=changed), *others)), figures)
+    assert "effective\nweights" in [axes.get_ylabel() for axes in weighed.axes]
+
+
 def test_timeline_shares_its_time_axis_and_names_units(ride: Ride, figures: dict[str, Any]) -> None:
     figure = timeline_figure(ride, figures)
-    assert [axes.get_ylabel() for axes in figure.axes] == ROWS
+    assert [axes.get_ylabel() for axes in figure.axes] == ["status", *MOTION, COMPUTING]
     assert {axes.get_xlim() for axes in figure.axes} == {(0.0, ride.end)}
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert "matplotlib.pyplot" not in sys.modules
@@ -140,14 +166,14 @@ GOAL = Pose2(20.0, -3.0, 0.5 * np.pi)
 def test_goal_rows_are_there_where_a_filter_was_in_use(detected: tuple[RunResult, Ride]) -> None:
     ride = detected[1]
     figure = timeline_figure(ride, summary(detected[0]))
-    assert [axes.get_ylabel() for axes in figure.axes] == [*ROWS[:4], *GOAL_ROWS, *ROWS[4:]]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["status", *MOTION, *GOAL_ROWS, COMPUTING]
     known = {"± 3 sigma", "goal setpoint", "estimate", "goal tolerance"}
     given = {"accepted", "rejected", "rejected, farther off", *(status.value for status in GoalStatus)}
-    assert set(labels(figure.axes[4])) >= known | given
-    assert len(labels(figure.axes[4])) == len(set(labels(figure.axes[4])))
+    assert set(labels(figure.axes[7])) >= known | given
+    assert len(labels(figure.axes[7])) == len(set(labels(figure.axes[7])))
     spans = [
-        patch.get_extents().transformed(figure.axes[5].transData.inverted())
-        for patch in figure.axes[5].patches
+        patch.get_extents().transformed(figure.axes[8].transData.inverted())
+        for patch in figure.axes[8].patches
     ]
     goals = [moment.command.diagnostics.goal for moment in ride.moments]
     statuses = [goal and goal.status for goal in goals]
@@ -155,7 +181,7 @@ def test_goal_rows_are_there_where_a_filter_was_in_use(detected: tuple[RunResult
     assert [span.x0 for span in spans] == pytest.approx(starts, abs=1e-6)
     assert [span.x1 for span in spans] == pytest.approx([*starts[1:], ride.end], abs=1e-6)
     raw = ride_of_run(replace(detected[0], goal_source=GoalSource.RAW), ride.moments)
-    assert [axes.get_ylabel() for axes in timeline_figure(raw, {}).axes] == ROWS
+    assert [axes.get_ylabel() for axes in timeline_figure(raw, {}).axes] == ["status", *MOTION, COMPUTING]
 
 
 def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]) -> None:
@@ -163,6 +189,6 @@ def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]
     figure = timeline_figure(ride, summary(result))
     assert [text.get_text() for text in figure.axes[0].texts] == ["dock", "wait", "straight"]
     marks = {"step, succeeded", "end of a wait", "inside tolerance", "docked"}
-    assert set(labels(figure.axes[0])) == marks | {"true"}
-    assert not set(labels(figure.axes[1])) & marks
-    assert [len(axes.patches) for axes in figure.axes] == [3, 3, 3, 0, 0, 0]
+    assert set(labels(figure.axes[1])) == marks | {"true"}
+    assert not set(labels(figure.axes[3])) & marks
+    assert [len(axes.patches) for axes in figure.axes[1:]] == [3, 3, 3, *[0] * (len(figure.axes) - 4)]

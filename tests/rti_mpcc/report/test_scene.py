@@ -1,4 +1,4 @@
-"""The scene at one cycle, the window that shows it, and its camera."""
+"""The scene at one cycle."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.scene import Scene, Viewer, status_line
+from rti_mpcc.report.scene import Scene, status_line
 from rti_mpcc.simulation import changed, load_scenario
 from tests.rti_mpcc.report.conftest import driven
 
@@ -53,14 +52,3 @@ def test_scene_in_an_area_shows_the_route_of_the_cycle() -> None:
     labels = set(scene.axes.get_legend_handles_labels()[1])
     assert {"static obstacle", "route"} <= labels
     assert "corridor" not in labels
-
-
-def test_slider_shows_a_cycle(ride: Ride) -> None:
-    figure = Figure(layout="constrained")
-    FigureCanvasAgg(figure)
-    viewer = Viewer(figure, ride)
-    viewer.slider.set_val(1.04)
-    assert viewer.index == 10
-    assert viewer.scene.status.get_text() == status_line(ride.moments[10])
-    assert viewer.text.get_text().startswith("cycle 11 of 33, ")
-    assert {cursor.get_xdata()[0] for cursor in viewer.cursors} == {ride.moments[10].time}

@@ -1,0 +1,327 @@
+"""Cycles as an MCAP file for Foxglove and Rerun: poses, plan, goal, surroundings, reasons, diagnostics.
+
+Topics: /tf, /plan, /goal, /detections, /body (corners of the body; Rerun draws no SceneUpdate), /scene, /log,
+and /diagnostics as JSON. The settings are an attachment. Foxglove: docs/foxglove-layout.json.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import struct
+from collections.abc import Callable, Iterable
+from itertools import chain
+from math import cos, isfinite, sin
+from os import PathLike
+from types import SimpleNamespace
+from typing import Any, Self
+
+import numpy as np
+
+from geometry import Area, ReferencePath
+from geometry.outline import corners_of, drawn_shape, shape_of
+from geometry.walls import PartLines
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.errors import MissingExtraError
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.recording.moment import Moment, moment_of, wrapped
+from rti_mpcc.types import Array, Command, Status, VehicleState
+
+_log = logging.getLogger(__name__)
+
+WORLD, VEHICLE = "world", "rear_axle"
+PLAN_STEP = 7
+"""So many stages of a plan are one pose of /plan."""
+MOST_TIME = 2**63 - 1
+RED, GREEN, BLUE, ORANGE, GREY = (
+    (0.84, 0.37, 0.0),
+    (0.0, 0.62, 0.45),
+    (0.0, 0.45, 0.7),
+    (0.9, 0.62, 0.0),
+    (0.55, 0.55, 0.55),
+)
+_ERRORS = (Status.FAILED, Status.STALLED, Status.GOAL_REJECTED, Status.GOAL_BEHIND)
+_WARNINGS = (Status.BLOCKED, Status.GOAL_LOST, Status.SEARCHING)
+_JSON_SCHEMA = b'{"type":"object"}'
+
+
+def mcap_libraries() -> SimpleNamespace:
+    """The writer and the message types; loaded at the first call. Raises MissingExtraError without them."""
+    try:
+        from foxglove_schemas_protobuf import (
+            FrameTransform_pb2,
+            Log_pb2,
+            PackedElementField_pb2,
+            PointCloud_pb2,
+            PoseInFrame_pb2,
+            PosesInFrame_pb2,
+            SceneUpdate_pb2,
+        )
+        from mcap.writer import Writer
+        from mcap_protobuf.schema import build_file_descriptor_set
+    except ImportError as error:
+        raise MissingExtraError(
+            "an MCAP file needs more: pip install '.[mcap]' in rti-mpcc's folder"
+        ) from error
+    return SimpleNamespace(
+        Writer=Writer,
+        described=build_file_descriptor_set,
+        FrameTransform=FrameTransform_pb2.FrameTransform,
+        Log=Log_pb2.Log,
+        Field=PackedElementField_pb2.PackedElementField,
+        PointCloud=PointCloud_pb2.PointCloud,
+        PoseInFrame=PoseInFrame_pb2.PoseInFrame,
+        PosesInFrame=PosesInFrame_pb2.PosesInFrame,
+        SceneUpdate=SceneUpdate_pb2.SceneUpdate,
+    )
+
+
+class McapLog:
+    """Writes cycles of a controller or a mission to an MCAP file.
+
+        with McapLog("ride.mcap") as log:
+            command = controller.step(state, now=now)
+            log.write(controller, state, command, now)
+
+    Writing never stops the vehicle: if it fails, `problem` says why, and nothing more is written.
+
+    Raises MissingExtraError without the extra `mcap`, OSError if the file cannot be made.
+    """
+
+    def __init__(self, file: str | PathLike[str]) -> None:
+        self._types = mcap_libraries()
+        self._stream: Any = open(file, "wb")  # noqa: SIM115
+        self._writer = self._types.Writer(self._stream)
+        self._writer.start(profile="", library="rti-mpcc")
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._shown: dict[str, Any] = {}  # what /scene and /log told last
+        self._cloud = self._types.PointCloud()
+        self._body: list[list[float]] = []
+        self._sequence, self.problem = 0, ""
+
+    def write(self, controller: object, state: VehicleState, command: Command, now: float) -> None:
+        """Write the cycle at `now` [s] that the controller has just made. Never raises for what it writes."""
+        if not self.problem:
+            config = wrapped(controller)[-1].config
+            self.write_moment(moment_of(controller, state, command, now), config)
+
+    def write_moment(self, moment: Moment, config: ControllerConfig) -> None:
+        """Write a cycle of a ride; `config`: of its controller."""
+        if self.problem:
+            return
+        try:
+            self._write(moment, config)
+        except Exception as error:
+            self.problem = " ".join(str(error).split()) or type(error).__name__
+            _log.error("the MCAP file has ended, it cannot be written: %s", self.problem)
+
+    def close(self) -> None:
+        """Write the index, without which some readers are slow. Raises OSError."""
+        if self._stream.closed:
+            return
+        try:
+            self._writer.finish()
+        except Exception:
+            if not self.problem:
+                raise
+        finally:
+            self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- one cycle ------------------------------------------------------------------------------------
+
+    def _write(self, moment: Moment, config: ControllerConfig) -> None:
+        stamp = min(max(round(1e9 * moment.time), 0), MOST_TIME) if isfinite(moment.time) else 0
+        if self._sequence == 0:
+            data = config.model_dump_json(indent=2).encode()
+            self._writer.add_attachment(stamp, stamp, "config.json", "application/json", data)
+        self._sequence += 1
+        types, command = self._types, moment.command
+        states = command.trajectory.states
+        x, y, phi = moment.pose.tolist()
+        if isfinite(x + y + phi):
+            transform = types.FrameTransform(parent_frame_id=WORLD, child_frame_id=VEHICLE)
+            transform.translation.x, transform.translation.y = x, y
+            _turn(transform.rotation, phi)
+            self._send("/tf", transform, stamp)
+            self._send("/body", self._corners(x, y, phi, config), stamp)
+        plan = types.PosesInFrame(frame_id=WORLD)
+        _add_poses(plan.poses, states[::PLAN_STEP, :3].tolist())
+        self._send("/plan", plan, stamp)
+        if command.goal is not None:
+            goal = types.PoseInFrame(frame_id=WORLD)
+            pose = command.goal.pose
+            goal.pose.position.x, goal.pose.position.y = pose.x, pose.y
+            _turn(goal.pose.orientation, pose.phi)
+            self._send("/goal", goal, stamp)
+        found = [each.pose for each in command.diagnostics.detections if each.pose is not None]
+        if found:
+            detections = types.PosesInFrame(frame_id=WORLD)
+            _add_poses(detections.poses, [(pose.x, pose.y, pose.phi) for pose in found])
+            self._send("/detections", detections, stamp)
+        self._scene(moment, config, stamp)
+        self._say(moment, stamp)
+        self._diagnose(moment, stamp)
+
+    def _corners(self, x: float, y: float, phi: float, config: ControllerConfig) -> Any:
+        """The cloud that was made first, with the corners of the body at this pose."""
+        cloud, c, s = self._cloud, cos(phi), sin(phi)
+        if not cloud.fields:
+            cloud.frame_id, cloud.point_stride, cloud.pose.orientation.w = WORLD, 12, 1.0
+            for place, name in enumerate("xyz"):
+                cloud.fields.add(name=name, offset=4 * place, type=self._types.Field.FLOAT32)
+            self._body = body_polygons(np.zeros((1, 3)), config.vehicle)[0].tolist()
+        corners = [
+            (x + c * along - s * across, y + s * along + c * across, 0.0) for along, across in self._body
+        ]
+        cloud.data = struct.pack(f"<{3 * len(corners)}f", *chain.from_iterable(corners))
+        return cloud
+
+    def _scene(self, moment: Moment, config: ControllerConfig, stamp: int) -> None:
+        """The body in each cycle; surroundings, route and obstacles where they have changed."""
+        scene = self._types.SceneUpdate()
+        if not self._shown.get("body"):
+            self._shown["body"] = True
+            corners = body_polygons(np.zeros((1, 3)), config.vehicle)[0]
+            _add_lines(
+                scene, "body", [np.concatenate([corners, corners[:1]])], BLUE, stamp, VEHICLE, locked=True
+            )
+        corridor, route = moment.corridor, moment.route
+        area = None if corridor is None else corridor.area
+        walls = () if corridor is None or area is not None else corridor.walls
+        parts: list[tuple[str, object, tuple[float, float, float], Callable[[], list[Array]]]] = [
+            ("area", area, GREY, lambda: _rings(area)),
+            # Obstacles make the tuple of a corridor's walls anew, not the walls.
+            ("corridor", walls[0] if walls else None, GREY, lambda: _boundaries(walls)),
+            ("route", route, ORANGE, lambda: _route(route)),
+            ("obstacles", moment.obstacles, RED, lambda: _outlines(moment.obstacles)),
+        ]
+        for name, key, color, lines in parts:
+            if self._shown.get(name) is key:
+                continue
+            self._shown[name] = key
+            if drawn := lines():
+                _add_lines(scene, name, drawn, color, stamp, WORLD)
+            else:
+                _stamp(scene.deletions.add(id=name).timestamp, stamp)
+        if scene.entities or scene.deletions:
+            self._send("/scene", scene, stamp)
+
+    def _say(self, moment: Moment, stamp: int) -> None:
+        """Status and reason, where they have changed."""
+        command = moment.command
+        text = f"{command.status.value}: {command.diagnostics.reason}"
+        if self._shown.get("said") == text:
+            return
+        self._shown["said"] = text
+        levels = self._types.Log
+        level = levels.INFO
+        if command.status in _WARNINGS:
+            level = levels.WARNING
+        elif command.status in _ERRORS:
+            level = levels.ERROR
+        log = levels(level=level, message=text, name="rti_mpcc")
+        self._send("/log", log, stamp)
+
+    def _diagnose(self, moment: Moment, stamp: int) -> None:
+        command, state, told = moment.command, moment.state, moment.command.diagnostics
+        figures = {
+            "speed": state.v,
+            "steering": state.delta,
+            "acceleration_commanded": command.acceleration,
+            "steering_rate_commanded": command.steering_rate,
+            "speed_setpoint": command.speed,
+            "steering_setpoint": command.steering,
+            "progress": told.theta,
+            "time_to_go": told.time_to_go,
+            "disturbance": told.disturbance,
+            "steering_offset": told.steering_offset,
+            "slack": told.slack,
+            "iterations": told.iterations,
+            "step_ms": told.step_ms,
+            "feedback_ms": told.feedback_ms,
+            "status": command.status.value,
+            "source": command.source.value,
+            "docked": command.docked,
+            "hold": command.hold,
+        }
+        finite = {name: None if value != value else value for name, value in figures.items()}
+        if "/diagnostics" not in self._channels:
+            schema = self._writer.register_schema("rti_mpcc.Diagnostics", "jsonschema", _JSON_SCHEMA)
+            self._channels["/diagnostics"] = self._writer.register_channel("/diagnostics", "json", schema)
+        self._add("/diagnostics", json.dumps(finite).encode(), stamp)
+
+    # -- messages -------------------------------------------------------------------------------------
+
+    def _send(self, topic: str, message: Any, stamp: int) -> None:
+        if topic != "/scene":  # its entities have a time each
+            _stamp(message.timestamp, stamp)
+        if topic not in self._channels:
+            kind = type(message)
+            name = kind.DESCRIPTOR.full_name
+            if name not in self._schemas:
+                described = self._types.described(kind).SerializeToString()
+                self._schemas[name] = self._writer.register_schema(name, "protobuf", described)
+            self._channels[topic] = self._writer.register_channel(topic, "protobuf", self._schemas[name])
+        self._add(topic, message.SerializeToString(), stamp)
+
+    def _add(self, topic: str, data: bytes, stamp: int) -> None:
+        self._writer.add_message(self._channels[topic], stamp, data, stamp, self._sequence)
+
+
+def _stamp(timestamp: Any, nanoseconds: int) -> None:
+    timestamp.seconds, timestamp.nanos = divmod(nanoseconds, 1_000_000_000)
+
+
+def _turn(quaternion: Any, heading: float) -> None:
+    quaternion.z, quaternion.w = sin(0.5 * heading), cos(0.5 * heading)
+
+
+def _add_poses(poses: Any, rows: Iterable[tuple[float, float, float] | list[float]]) -> None:
+    for x, y, phi in rows:
+        pose = poses.add()
+        pose.position.x, pose.position.y = x, y
+        _turn(pose.orientation, phi)
+
+
+def _add_lines(
+    scene: Any, name: str, lines: Iterable[Array], color: Any, stamp: int, frame: str, *, locked: bool = False
+) -> None:
+    """An entity of polylines (k, 2) [m] in a frame; `locked`: it moves with it."""
+    entity = scene.entities.add(id=name, frame_id=frame, frame_locked=locked)
+    _stamp(entity.timestamp, stamp)
+    for line in lines:
+        primitive = entity.lines.add(thickness=0.04)
+        primitive.pose.orientation.w = 1.0
+        primitive.color.r, primitive.color.g, primitive.color.b = color
+        primitive.color.a = 1.0
+        for x, y in np.asarray(line).tolist():
+            primitive.points.add(x=x, y=y)
+
+
+def _rings(area: Area | None) -> list[Array]:
+    if area is None:
+        return []
+    return _closed([*([] if area.boundary is None else [area.boundary]), *area.obstacles])
+
+
+def _boundaries(walls: Iterable[PartLines]) -> list[Array]:
+    return [line for each in walls for line in (*each.left, *each.right)]
+
+
+def _route(route: ReferencePath | None) -> list[Array]:
+    return [] if route is None else [np.stack([at.x, at.y], axis=-1) for at in route.sample(0.3)]
+
+
+def _outlines(obstacles: Iterable[Array]) -> list[Array]:
+    return _closed(each if len(each) > 2 else corners_of(drawn_shape(shape_of(each))) for each in obstacles)
+
+
+def _closed(rings: Iterable[Array]) -> list[Array]:
+    return [np.concatenate([ring, ring[:1]]) for ring in rings]

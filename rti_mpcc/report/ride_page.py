@@ -1,0 +1,230 @@
+"""page.html: every cycle of a ride in one file that opens by a double click, without a network.
+
+The page draws the plane on a canvas and strip charts beside it; a slider, the arrow keys and the address
+choose the cycle. Numbers are rounded to what can be seen: a minute of driving takes less than 300 kB.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc.model.footprint import body_of, body_polygons, clearances
+from rti_mpcc.model.layout import PHI
+from rti_mpcc.recording.moment import Moment
+from rti_mpcc.report import draw
+from rti_mpcc.report.page import rendered
+from rti_mpcc.report.ride import Ride
+from rti_mpcc.report.strips import Strip, commanded_jerk, motion_strips
+from rti_mpcc.types import Array, GoalOrigin
+
+PLAN_POINTS = 10
+"""Points of a plan that are shown, evenly in time."""
+SIMPLER = 0.01
+"""Lines of the surroundings are shown with corners left out within this [m]."""
+NEAR = 1.5
+"""Half-planes of what is nearer to the body than this are shown [m]."""
+MOST_PLANES = 4
+CM, MRAD = 100.0, 1000.0
+SIGMAS = 3.0
+
+
+def ride_page(ride: Ride, summary: dict[str, Any]) -> str:
+    """The page of a ride with moments. `summary`: its figures."""
+    return rendered(
+        "ride.html", ride.title, data=json.dumps(_data(ride), separators=(",", ":")), about=_about(summary)
+    )
+
+
+class _Table:
+    """Values that are kept once, and the place of each."""
+
+    def __init__(self) -> None:
+        self.values: list[Any] = []
+        self._places: dict[Any, int] = {}
+
+    def place(self, key: Any, value: Any) -> int:
+        """The place of a value; `key` tells it from others."""
+        if key not in self._places:
+            self._places[key] = len(self.values)
+            self.values.append(value)
+        return self._places[key]
+
+
+def _about(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """The figures above the scene, with their units."""
+    found = [("docked", "yes" if summary["docked"] else "no")]
+    for key, name, unit in (
+        ("time_to_dock_s", "time to dock", "s"),
+        ("min_clearance_m", "least clearance", "m"),
+        ("distance_m", "distance", "m"),
+    ):
+        value = summary.get(key)
+        found.append((name, "–" if value is None else f"{value:.2f} {unit}"))
+    return found
+
+
+def _data(ride: Ride) -> dict[str, Any]:
+    origin = np.round(ride.moments[0].pose[:2]) if np.isfinite(ride.moments[0].pose).all() else np.zeros(2)
+    texts, outlines, routes, goals = _Table(), _Table(), _Table(), _Table()
+    rows: list[dict[str, Any]] = []
+    for moment in ride.moments:
+        command, told = moment.command, moment.command.diagnostics
+        setpoint = None if command.goal is None else command.goal.pose
+        rows.append(
+            {
+                "status": texts.place(command.status.value, command.status.value),
+                "source": texts.place(command.source.value, command.source.value),
+                "reason": texts.place(told.reason, told.reason),
+                "route": None
+                if moment.route is None
+                else routes.place(id(moment.route), _route(moment.route, origin)),
+                "target": goals.place(told.target, _pose(told.target, origin)),
+                "setpoint": None if setpoint is None else goals.place(setpoint, _pose(setpoint, origin)),
+                "detected": command.goal is not None and command.goal.source is GoalOrigin.DETECTED,
+                "goal": None
+                if moment.goal is None
+                else goals.place(
+                    moment.goal.tobytes(), _rounded([*(moment.goal[:2] - origin), moment.goal[2]], 4)
+                ),
+                "ellipse": _ellipse(moment, origin),
+                "obstacles": [outlines.place(id(each), _points(each, origin)) for each in moment.obstacles],
+                "moving": [
+                    _rounded([x - origin[0], y - origin[1], *rest], 2) for x, y, *rest in moment.moving
+                ],
+                "plan": _plan(moment),
+                "planes": _half_planes(moment, ride),
+            }
+        )
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    times = [moment.time for moment in ride.moments]
+    poses = np.array([moment.pose for moment in ride.moments])
+    return {
+        "t": _rounded(times, 3),
+        "x": _rounded(poses[:, 0] - origin[0], 3),
+        "y": _rounded(poses[:, 1] - origin[1], 3),
+        "phi": _rounded(poses[:, 2], 4),
+        "delta": _rounded([moment.state.delta for moment in ride.moments], 3),
+        **columns,
+        "texts": texts.values,
+        "outlines": outlines.values,
+        "routes": routes.values,
+        "poses": goals.values,
+        "origin": origin.tolist(),
+        "body": _rounded(body_polygons(np.zeros((1, 3)), ride.config.vehicle)[0].ravel(), 3),
+        "wheelbase": ride.config.vehicle.wheelbase,
+        "area": _rings(ride.area, origin),
+        "walls": []
+        if ride.corridor is None
+        else [_line(each, origin) for each in draw.boundaries_of(ride.corridor)],
+        "docked_object": None if ride.docked_object is None else _points(ride.docked_object, origin),
+        "detections": [
+            [*_rounded([each.stamp, *_pose(each.pose, origin)], 3), each.accepted]
+            for each in ride.detections
+            if each.pose is not None
+        ],
+        "colors": {status.value: color for status, color in draw.STATUS_COLORS.items()},
+        "strips": _strips(ride, times),
+        "simulated": ride.simulated,
+    }
+
+
+def _strips(ride: Ride, times: Sequence[float]) -> list[dict[str, Any]]:
+    rows = ride.motion.rows_at(times)
+    shown = [(each, each.values[rows]) for each in motion_strips(ride)]
+    jerk = commanded_jerk(ride)
+    for strip in (jerk, _clearance(ride), _computing(ride)):
+        shown.append((strip, strip.values))
+    return [
+        {"label": strip.label, "values": _rounded(values, 3), "comfort": strip.comfort, "limit": strip.limit}
+        for strip, values in shown
+    ]
+
+
+def _clearance(ride: Ride) -> Strip:
+    """Signed distance of the body to what the controller knew of in each cycle."""
+    values = np.full(len(ride.moments), np.nan)
+    for k, moment in enumerate(ride.moments):
+        if moment.corridor is not None and np.isfinite(moment.pose).all():
+            part = moment.command.diagnostics.part
+            values[k] = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle).min()
+    return Strip(label="clearance [m]", values=values, limit=ride.config.clearance.least)
+
+
+def _computing(ride: Ride) -> Strip:
+    spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
+    return Strip(label="time a cycle [ms]", values=spent)
+
+
+def _plan(moment: Moment) -> list[int]:
+    """x, y [cm] of the plan from the vehicle on, each from the one before, and its last heading [mrad]."""
+    states = moment.command.trajectory.states
+    if not np.isfinite(moment.pose).all():
+        return []
+    places = np.linspace(0, len(states) - 1, PLAN_POINTS).round().astype(int)
+    points = np.round(CM * (states[places, :PHI] - moment.pose[:PHI])).astype(int)
+    steps = np.diff(points, axis=0, prepend=0)
+    return [*steps.ravel().tolist(), round(MRAD * float(states[-1, PHI]))]
+
+
+def _half_planes(moment: Moment, ride: Ride) -> list[list[int]]:
+    """The nearest half-planes of the body's pieces, in its frame: a point of the edge [cm], 100 normals."""
+    if moment.corridor is None or not np.isfinite(moment.pose).all():
+        return []
+    body, part = body_of(ride.config.vehicle, 2), moment.command.diagnostics.part
+    contacts = moment.corridor.contacts(part, body, np.array(moment.pose[None]), within=NEAR, outward=0.0)
+    apart, normal = contacts.apart[0].ravel(), contacts.normal[0].ravel()
+    edge = contacts.at[0].ravel() - normal * np.where(np.isfinite(apart), apart, 0.0)
+    nearest = [k for k in np.argsort(apart)[:MOST_PLANES] if np.isfinite(apart[k])]
+    return [
+        [round(CM * value) for value in (edge[k].real, edge[k].imag, normal[k].real, normal[k].imag)]
+        for k in nearest
+    ]
+
+
+def _ellipse(moment: Moment, origin: Array) -> list[float | None] | None:
+    """Of the goal's estimate: centre, half axes at three sigma [m] and angle [rad]."""
+    goal = moment.command.diagnostics.goal
+    if goal is None or goal.pose is None or goal.covariance is None:
+        return None
+    values, vectors = np.linalg.eigh(goal.covariance[:2, :2])
+    half = SIGMAS * np.sqrt(np.maximum(values, 0.0))
+    angle = float(np.arctan2(vectors[1, 1], vectors[0, 1]))
+    return _rounded([goal.pose.x - origin[0], goal.pose.y - origin[1], half[1], half[0], angle], 3)
+
+
+def _rings(area: Area | None, origin: Array) -> dict[str, Any] | None:
+    if area is None:
+        return None
+    boundary = None if area.boundary is None else _points(area.boundary, origin)
+    return {"boundary": boundary, "obstacles": [_points(each, origin) for each in area.obstacles]}
+
+
+def _route(route: ReferencePath, origin: Array) -> list[list[float | None]]:
+    return [_line(line, origin) for line in draw.path_lines(route)]
+
+
+def _line(line: Array, origin: Array) -> list[float | None]:
+    return _points(shapely.get_coordinates(shapely.simplify(shapely.linestrings(line), SIMPLER)), origin)
+
+
+def _pose(pose: Pose2, origin: Array) -> list[float | None]:
+    return _rounded([pose.x - origin[0], pose.y - origin[1], pose.phi], 4)
+
+
+def _points(points: Array, origin: Array) -> list[float | None]:
+    return _rounded((np.asarray(points) - origin).ravel(), 2)
+
+
+def _rounded(values: Iterable[float | None], digits: int) -> list[float | None]:
+    """Rounded numbers, whole ones without a point; None: not finite."""
+    found: list[float | None] = []
+    for value in values:
+        near = round(float(value), digits) if value is not None and np.isfinite(value) else None
+        found.append(int(near) if near is not None and near == int(near) else near)
+    return found
