@@ -93,6 +93,10 @@ class Replanner:
         self._planning: RoutePlanning | None = None
         self._outdated = False  # the search was started in another area
 
+    def __getstate__(self) -> dict[str, object]:
+        """All but the search, which a copy starts again."""
+        return {**self.__dict__, "_request": None, "_planning": None, "_outdated": False}
+
     def forget(self) -> None:
         """Drop the search."""
         self._request = self._planning = None

@@ -20,12 +20,13 @@ so OSQP's own scaling (a pass over the matrices each cycle) can stay off.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4, record
+from geometry.shape_grid import locked
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
@@ -108,6 +109,13 @@ class QpPattern(NamedTuple):
     constraint_indptr: Index1
     constraint_scale: Array1
     constraint_constant: Array1
+
+    @classmethod
+    def _locked(cls, *arrays: Any) -> QpPattern:
+        return cls(*map(locked, arrays))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return QpPattern._locked, tuple(self)
 
     @property
     def shape(self) -> tuple[int, int]:

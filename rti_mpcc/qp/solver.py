@@ -165,6 +165,10 @@ class QpSolver:
         rows, _ = pattern.shape
         self._bounds = (np.empty(rows), np.empty(rows))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but OSQP's memory, which cannot be copied: a copy sets it up with its first QP."""
+        return {**self.__dict__, "_osqp": None, "_osqp_settings": None, "_keeps": False}
+
     def update(self, values: QpValues, steps: Steps = COLD) -> str:
         """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
 

@@ -189,9 +189,7 @@ class McapLog:
         if not self._shown.get("body"):
             self._shown["body"] = True
             corners = body_polygons(np.zeros((1, 3)), config.vehicle)[0]
-            _add_lines(
-                scene, "body", [np.concatenate([corners, corners[:1]])], BLUE, stamp, VEHICLE, locked=True
-            )
+            _add_lines(scene, "body", _closed([corners]), BLUE, stamp, VEHICLE)
         corridor, route = moment.corridor, moment.route
         area = None if corridor is None else corridor.area
         walls = () if corridor is None or area is not None else corridor.walls
@@ -207,7 +205,7 @@ class McapLog:
                 continue
             self._shown[name] = key
             if drawn := lines():
-                _add_lines(scene, name, drawn, color, stamp, WORLD)
+                _add_lines(scene, name, drawn, color, stamp)
             else:
                 _stamp(scene.deletions.add(id=name).timestamp, stamp)
         if scene.entities or scene.deletions:
@@ -291,10 +289,10 @@ def _add_poses(poses: Any, rows: Iterable[tuple[float, float, float] | list[floa
 
 
 def _add_lines(
-    scene: Any, name: str, lines: Iterable[Array], color: Any, stamp: int, frame: str, *, locked: bool = False
+    scene: Any, name: str, lines: Iterable[Array], color: Any, stamp: int, frame: str = WORLD
 ) -> None:
-    """An entity of polylines (k, 2) [m] in a frame; `locked`: it moves with it."""
-    entity = scene.entities.add(id=name, frame_id=frame, frame_locked=locked)
+    """An entity of polylines (k, 2) [m] in a frame; that of the vehicle moves with it."""
+    entity = scene.entities.add(id=name, frame_id=frame, frame_locked=frame == VEHICLE)
     _stamp(entity.timestamp, stamp)
     for line in lines:
         primitive = entity.lines.add(thickness=0.04)
