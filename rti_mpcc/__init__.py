@@ -50,7 +50,6 @@ from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, Scen
 from rti_mpcc.iteration import Solution
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd, segments_of
-from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import (
     Command,
     Diagnostics,
@@ -71,7 +70,16 @@ from rti_mpcc.version import __version__
 
 if TYPE_CHECKING:
     from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
-    from rti_mpcc.mission import DockingMission
+    from rti_mpcc.mission import (
+        Approach,
+        Dock,
+        DockingMission,
+        DockKind,
+        DriveTo,
+        Straight,
+        Undock,
+        Wait,
+    )
     from rti_mpcc.route_planner.path_repair import PathChange, RepairedPath, repaired_path
     from rti_mpcc.route_planner.planner import plan_manoeuvre
 else:  # imported when they are first used: cameras, missions, and the planner's kernels
@@ -79,7 +87,16 @@ else:  # imported when they are first used: cameras, missions, and the planner's
         __name__,
         {
             "estimation": ("Camera", "CharucoBoard", "CharucoDetection", "CharucoGoalDetector"),
-            "rti_mpcc.mission": ("DockingMission",),
+            "rti_mpcc.mission": (
+                "Approach",
+                "Dock",
+                "DockKind",
+                "DockingMission",
+                "DriveTo",
+                "Straight",
+                "Undock",
+                "Wait",
+            ),
             "rti_mpcc.route_planner.path_repair": ("RepairedPath", "PathChange", "repaired_path"),
             "rti_mpcc.route_planner.planner": ("plan_manoeuvre",),
         },

@@ -12,7 +12,6 @@ from typing import Self
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd, Segments
-from rti_mpcc.mission_state import MissionState
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
@@ -236,7 +235,7 @@ class ControllerState(World):
     Attributes:
         path: the route of the task's segments; route: of route planning, None where it never replans.
         start_state: state (6,) in which the last command starts to act, or None at the start of a segment.
-        mission_state: of the mission, or None.
+        mission_state: of the mission, which `rti_mpcc.mission` writes and reads, or None.
     """
 
     task: Task
@@ -244,7 +243,7 @@ class ControllerState(World):
     path: ReferencePath
     route: RouteState | None = None
     start_state: Array | None = None
-    mission_state: MissionState | None = None
+    mission_state: object | None = None
 
     @property
     def arrives_at(self) -> float | None:

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +16,10 @@ from geometry.angles import degrees_hint
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController
-from rti_mpcc.mission.progress import Next, StepOutcome, advance_mission, end_mission, judge_step
-from rti_mpcc.mission.start import start_step
-from rti_mpcc.mission_state import DockState, MissionState, PendingStep, StepRecord
-from rti_mpcc.state import ControllerState
-from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
+from rti_mpcc.mission.drive_to import DriveTo
+from rti_mpcc.mission.progress import advance_mission, end_mission, start_step
+from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
+from rti_mpcc.mission.step import Next, Step, StepOutcome
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
 from rti_mpcc.world import inputs
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
@@ -59,17 +57,17 @@ class DockingMission:
         *,
         home: DriveTo | Pose2 | None = None,
     ) -> None:
-        self.controller, self.steps = controller, cast("tuple[AnyStep, ...]", tuple(steps))
+        self.controller, self.steps = controller, tuple(steps)
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
         _check(self.steps, self.home, controller)
         # A mission that has made no cycle has left nothing anywhere.
         last = controller.state.mission_state if controller.has_stepped else None
-        docks = [step for step in self.steps if isinstance(step, Dock) and step.pose is not None]
-        bodies = [step.body_at(step.pose) for step in docks if step.pose is not None]
+        left = last.standing if isinstance(last, MissionState) else ()
+        bodies = [step.body_at_pose for step in self.steps]
         mission_state = MissionState(
             pending=tuple(PendingStep(step=step, place=place) for place, step in enumerate(self.steps)),
             own_goal=controller.state.goal.planned,
-            bodies=(*(last.standing if last else ()), *(each for each in bodies if each is not None)),
+            bodies=(*left, *(each for each in bodies if each is not None)),
         )
         controller.state = replace(controller.state, mission_state=mission_state)
         self.cancelling = False
@@ -78,7 +76,7 @@ class DockingMission:
     def mission_state(self) -> MissionState:
         """The steps that are left, and the progress."""
         mission_state = self.controller.state.mission_state
-        assert mission_state is not None
+        assert isinstance(mission_state, MissionState)
         return mission_state
 
     @property
@@ -104,7 +102,7 @@ class DockingMission:
     def docks(self) -> bool:
         """Whether the step under way docks at a dock whose pose is not known: it needs detections."""
         step = self.mission_state.step
-        return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
+        return step is not None and step.detects
 
     def cancel(self) -> None:
         """End it with the next cycle: the vehicle brakes to a standstill as soon as possible, and stands."""
@@ -168,12 +166,15 @@ class DockingMission:
 
     def _end(self, command: Command, over: bool) -> None:
         """Judge the step, and advance the mission."""
-        mission_state, s, settings = self.mission_state, self.controller.state, self.controller.config.mission
-        if mission_state.started is None or not mission_state.pending:
+        mission_state, s, settled = (
+            self.mission_state,
+            self.controller.state,
+            self.controller.config.mission.settled,
+        )
+        step, now = mission_state.step, s.clock.now
+        if mission_state.started is None or step is None:
             return
-        if isinstance(mission_state.step, Dock):
-            mission_state = _with_dock_pose(mission_state, mission_state.step, s)
-        self._advance(judge_step(mission_state, command, over, s.clock.now, settings), s.clock.now)
+        self._advance(step.judged(step.observed(mission_state, s), command, over, now, settled), now)
 
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction
@@ -204,7 +205,7 @@ class DockingMission:
     def _own_goal(self, goal: Pose2 | None) -> Pose2 | None:
         """The goal for a controller that docks without a pose: the one given now, or an earlier one."""
         mission_state = self.mission_state
-        if not isinstance(mission_state.step, Dock) or mission_state.step.pose is not None:
+        if mission_state.step is None or not mission_state.step.takes_goal:
             return None
         self._keep(replace(mission_state, unused_goal=None))
         return mission_state.unused_goal if goal is None else goal
@@ -214,11 +215,11 @@ class DockingMission:
 
         A user's function that raises says no.
         """
-        mission_state, step = self.mission_state, self.mission_state.step
-        if mission_state.started is None or not isinstance(step, Straight | Wait) or step.until is None:
+        until = getattr(self.mission_state.step, "until", None)
+        if self.mission_state.started is None or until is None:
             return False
         try:
-            return bool(step.until() if signal is None else signal)
+            return bool(until() if signal is None else signal)
         except Exception:
             _log.exception("`until` of a step raised: taken for not yet")
             return False
@@ -283,28 +284,7 @@ class DockingMission:
         )  # fmt: skip
 
 
-def _with_dock_pose(mission_state: MissionState, dock: Dock, s: ControllerState) -> MissionState:
-    """With the present pose of the dock; of a dock without a pose also the goal that was given.
-
-    Where that was not known at the start of the step, it is where the step is to end.
-    """
-    pose = s.goal_pose or (None if s.on_planned_route else s.path.end)
-    if pose is None:
-        return mission_state
-    dock_state = mission_state.dock_state
-    if dock_state is None:
-        dock_state = DockState(dock=dock, place=mission_state.pending[0].place, pose=pose, body_at=pose)
-        mission_state = mission_state.at(dock_state)
-    own = s.goal.planned if dock.pose is None else mission_state.own_goal
-    *before, record = mission_state.log
-    if record.goal is None:
-        record = replace(record, goal=pose, dock=pose)
-    return replace(
-        mission_state, dock_state=replace(dock_state, pose=pose), own_goal=own, log=(*before, record)
-    )
-
-
-def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
+def _check(steps: tuple[Step, ...], home: DriveTo | None, controller: DockingController) -> None:
     """Refuse steps that are no mission of this controller. Raises InputError, see `DockingMission`."""
     if not steps:
         raise InputError("steps: a mission needs at least one")
@@ -314,16 +294,15 @@ def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: Docking
         _check_pose(home.pose, "home.pose")
     for place, step in enumerate(steps):
         name = f"steps[{place}]"
-        if not isinstance(step, Dock | Wait | Straight | Undock | DriveTo):
-            raise InputError(f"{name}: must be a Dock, Wait, Straight, Undock or DriveTo, is {step!r}")
-        if isinstance(step, Dock | DriveTo) and step.pose is not None:
-            _check_pose(step.pose, f"{name}.pose")
+        if not isinstance(step, Step) or not step.word:
+            raise InputError(f"{name}: must be a step such as Dock, Wait or DriveTo, is {step!r}")
+        if isinstance(pose := getattr(step, "pose", None), Pose2):
+            _check_pose(pose, f"{name}.pose")
         if step.retry_from is not None and step.retry_from > place:
             raise InputError(f"{name}.retry_from = {step.retry_from}: must not be a later step")
         if step.then == "home" and home is None:
             raise InputError(f"{name}.then = 'home': the mission has no home")
-        drives = isinstance(step, Straight | Undock | DriveTo) or (isinstance(step, Dock) and step.pose)
-        if drives and controller.area is None:
+        if step.needs_routes and controller.area is None:
             raise InputError(f"{name}: needs planned routes; this controller drives its path only")
 
 

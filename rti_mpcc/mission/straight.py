@@ -11,16 +11,21 @@ at the bounds it turns as sharply as it can one way first, and then the other.
 
 from __future__ import annotations
 
-from math import degrees, tan
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from math import degrees, inf, tan
 
 import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import route_start
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.mission.state import MissionState
+from rti_mpcc.mission.step import DrivingStep, Next, Rule, Signal, Started, all_positive, distance_rule
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.orders import Follow
-from rti_mpcc.steps import Straight
+from rti_mpcc.orders import Follow, Stand
+from rti_mpcc.state import ControllerState
 from rti_mpcc.world.goals import GoalTerms
 
 SPACING = 0.05
@@ -28,6 +33,51 @@ SPACING = 0.05
 STRAIGHT_END = 0.03
 """Longitudinal tolerance of a straight move's end [m]: a contact is no farther."""
 _BESIDE = 1.0  # an obstacle farther from the body is not beside it [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Straight(DrivingStep):
+    """Drive straight on: along the axis of the dock that the vehicle stands at, else along its heading.
+
+    Attributes:
+        distance: at most LONGEST [m], negative in reverse.
+        speed: at most [m/s]; steering: angle of the wheels, at most [rad].
+        tolerance: lateral [m] and heading [rad] error at its end, at most. It is not started where the errors
+            are too large to be corrected on it. None: any errors.
+        until: signal that it is over before its distance, a contact say; None: there is none.
+    """
+
+    word = "straight"
+    from_rest = True
+    distance: float
+    speed: float = field(default=0.2, kw_only=True)
+    steering: float = field(default=0.05, kw_only=True)
+    tolerance: tuple[float, float] | None = field(default=None, kw_only=True)
+    until: Signal | None = field(default=None, kw_only=True)
+
+    def _rules(self) -> Iterable[Rule]:
+        two = "must be two numbers > 0: lateral [m], heading [rad]"
+        yield distance_rule(self.distance)
+        for name in ("speed", "steering"):
+            yield name, 0.0 < getattr(self, name) < inf, "must be > 0, and finite"
+        yield "tolerance", all_positive(self.tolerance), two
+
+    def start(
+        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
+    ) -> Started:
+        """Drive along the axis of the dock at which the vehicle stands, or along its own heading."""
+        dock_state = mission_state.dock_state
+        axis = dock_state.pose if dock_state is not None and dock_state.reached else None
+        order, problem = straight_order(self, axis, route_start.here(s, config), area, config)
+        if order is None:
+            return Started(mission_state, Stand(), problem=problem)
+        if dock_state is not None and dock_state.reached:
+            mission_state = replace(mission_state, dock_state=replace(dock_state, joined=True))
+        return Started(mission_state, order, order.manoeuvre.goal, axis)
+
+    def succeeded(self, mission_state: MissionState, direction: int) -> Next:
+        """Stop at once: it may be in contact."""
+        return Next(mission_state, Stand(at_once=True))
 
 
 def straight_order(

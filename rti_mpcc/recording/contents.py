@@ -16,7 +16,7 @@ from zlib import crc32
 import numpy as np
 from cattrs import BaseValidationError, transform_error
 from cattrs.preconf.json import make_converter
-from cattrs.strategies import configure_tagged_union
+from cattrs.v import format_exception
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
@@ -28,9 +28,9 @@ from rti_mpcc.clock import Decisions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
-from rti_mpcc.mission import DockingMission
+from rti_mpcc.mission import DockingMission, DriveTo
+from rti_mpcc.mission.step import STEPS, Signal, Step
 from rti_mpcc.qp.solver import Stop
-from rti_mpcc.steps import AnyStep, DriveTo, Signal
 from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 
@@ -90,7 +90,7 @@ class Header:
     config: ControllerConfig
     path: ReferencePath  # in an area that of a vehicle that has no route yet
     corridor: Corridor  # with its first obstacles
-    steps: tuple[AnyStep, ...] | None = None  # of the mission, None without one
+    steps: tuple[Step, ...] | None = None  # of the mission, None without one
     home: DriveTo | None = None  # of the mission
 
     def driver(self) -> Driver:
@@ -208,8 +208,13 @@ def structured(data: Data, kind: type[T]) -> T:
     try:
         value: T = _converter.structure(data, kind)
     except BaseValidationError as error:
-        raise InputError("; ".join(transform_error(error))) from None
+        raise InputError("; ".join(transform_error(error, format_exception=_explained))) from None
     return value
+
+
+def _explained(error: BaseException, kind: type | None) -> str:
+    """What is wrong with a value, in the words of this project where it has said so."""
+    return str(error) if isinstance(error, InputError) else format_exception(error, kind)
 
 
 def prepare_codec(*kinds: Any) -> None:
@@ -267,6 +272,16 @@ def _played_back(given: bool, _: object) -> Signal | None:
     return (lambda: False) if given else None
 
 
+def _from_step(step: Step) -> Data:
+    return {"step": step.word, **to_data(step)}
+
+
+def _to_step(data: Data, _: object) -> Step:
+    if data["step"] not in STEPS:
+        raise InputError(f"step {data['step']!r} is not known: import the module that defines it")
+    return structured({name: each for name, each in data.items() if name != "step"}, STEPS[data["step"]])
+
+
 def _is_array(kind: Any) -> bool:
     return kind is np.ndarray or get_origin(kind) is np.ndarray or kind == ArrayLike | None
 
@@ -294,6 +309,5 @@ for _fits, _to, _back in (
 ):
     _converter.register_unstructure_hook_func(_fits, _to)
     _converter.register_structure_hook_func(_fits, _back)
-configure_tagged_union(
-    AnyStep, _converter, tag_generator=lambda kind: str(vars(kind)["word"]), tag_name="step"
-)
+_converter.register_unstructure_hook_func(lambda kind: kind is Step, _from_step)
+_converter.register_structure_hook_func(lambda kind: kind is Step, _to_step)

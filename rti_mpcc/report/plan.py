@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.mission import Dock
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.report import draw
 from rti_mpcc.report.files import write_csv, write_json
 from rti_mpcc.simulation.docks_file import Docks
-from rti_mpcc.steps import Dock
 from rti_mpcc.types import Array, Index
 
 RouteRows = dict[str, Array]

@@ -20,7 +20,7 @@ from rti_mpcc.clock import PlayedBack
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.recording import read_recording
 from rti_mpcc.recording.contents import core_of
 from rti_mpcc.recording.moment import Moment, moment_of

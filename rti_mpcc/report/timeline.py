@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, stds_in
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.recording.identify import Identified
 from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw

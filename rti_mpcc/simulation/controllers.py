@@ -11,11 +11,10 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.recording.moment import wrapped
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.sections.controller import built_step
 from rti_mpcc.types import MissionResult
 
 
@@ -39,7 +38,7 @@ def mission_of(scenario: Scenario, controller: DockingController) -> DockingMiss
     goal = scenario.planned_goal() if scenario.in_area else None
     body = None if scenario.goal.body is None else np.array(scenario.goal.body)
     home = None if scenario.home is None else Pose2(*scenario.home.pose)
-    return DockingMission(controller, [built_step(each, goal, body) for each in scenario.mission], home=home)
+    return DockingMission(controller, [each.build(goal, body) for each in scenario.mission], home=home)
 
 
 def docking_controller(

@@ -16,6 +16,7 @@ from estimation import CharucoBoard
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
+from rti_mpcc.mission import Dock, DockKind, Straight
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
@@ -26,10 +27,9 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
     refusal,
 )
-from rti_mpcc.simulation.sections.controller import ApproachSection, MoveSection
 from rti_mpcc.simulation.sections.goal import too_many_markers
 from rti_mpcc.simulation.sections.ground import AreaSection
-from rti_mpcc.steps import Dock, DockKind
+from rti_mpcc.simulation.sections.mission import ApproachSection
 
 SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
 ROUNDING = 1e-6  # bodies that overlap by no more touch [m]
@@ -47,6 +47,22 @@ Pose = Annotated[
 ]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]
+
+
+class MoveSection(Section):
+    """The keys of a straight move, see `Straight`."""
+
+    distance: float
+    speed: float | None = None
+    steering: float | None = None
+    tolerance: Pair | None = None
+
+    def _problems(self) -> Iterator[KeyProblem]:
+        yield from refusal("", None, self.build, MoveSection)
+
+    def build(self) -> Straight:
+        """The move. Raises InputError."""
+        return Straight(**self.model_dump(include=set(MoveSection.model_fields), exclude_none=True))
 
 
 class DockSection(Section):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import Area, Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters
 from rti_mpcc.simulation.scenario import Scenario

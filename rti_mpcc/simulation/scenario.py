@@ -40,13 +40,11 @@ from rti_mpcc.simulation.sections.base import (
 )
 from rti_mpcc.simulation.sections.controller import (
     ControllerSection,
-    MissionSection,
     SimulationSection,
-    StraightStep,
-    built_step,
 )
 from rti_mpcc.simulation.sections.goal import GoalSection
 from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
+from rti_mpcc.simulation.sections.mission import CONTACT, MissionSection
 from rti_mpcc.world.goals import checked_goal
 
 _LOG = logging.getLogger(__name__)
@@ -202,9 +200,9 @@ class Scenario(Section):
         goal = Pose2(0.0, 0.0, 0.0) if self.in_area else None
         for index, step in enumerate(self.mission):
             key = f"mission[{index}]"
-            if isinstance(step, StraightStep) and step.contact and body is None:
+            if getattr(step, CONTACT, False) and body is None:
                 yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
-            yield from refusal(key, None, partial(built_step, step, goal, body), type(step))
+            yield from refusal(key, None, partial(step.build, goal, body), type(step))
             if step.retry_from is not None and step.retry_from > index:
                 yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:

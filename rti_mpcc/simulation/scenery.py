@@ -14,7 +14,7 @@ import shapely
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.simulation.sections.ground import MovingSection

@@ -11,10 +11,9 @@ import pytest
 
 from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.mission import DockingMission
+from rti_mpcc.mission import DockingMission, DriveTo
 from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, simulate, summary
 from rti_mpcc.simulation.plant import PlantState, advance, issue
-from rti_mpcc.steps import DriveTo
 from rti_mpcc.types import Command, MissionResult
 
 Figures = MutableMapping[str, Any]

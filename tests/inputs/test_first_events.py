@@ -42,6 +42,11 @@ BEFORE_A_CYCLE = {
         "rti_mpcc.course.replanning",
         "rti_mpcc.route_planner.path_repair",
     },  # one is made
+    "rti_mpcc/recording/mcap_log.py": {  # a log is made
+        "foxglove_schemas_protobuf",
+        "mcap.writer",
+        "mcap_protobuf.schema",
+    },
     "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
     "rti_mpcc/course/docking_time.py": {"scipy.optimize"},  # a configuration for a docking time is made
 }

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from geometry import Area, InputError, Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.mission import Approach, Straight, Undock
 from rti_mpcc.mission.straight import straight_order
-from rti_mpcc.steps import Approach, Straight, Undock
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 

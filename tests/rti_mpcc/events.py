@@ -20,8 +20,8 @@ from numpy.random import Generator
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, DockingMission, Source, Status
+from rti_mpcc.mission import Dock, DriveTo, Step, Undock, Wait
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
-from rti_mpcc.steps import AnyStep, Dock, DriveTo, Undock, Wait
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import body_at
 
@@ -506,7 +506,7 @@ def _poses(rng: Generator) -> Iterator[Pose2]:
 def _in_mission(ride: Ride, rng: Generator) -> None:
     _in_area(ride, rng)
     assert ride.goal is not None
-    steps: Sequence[AnyStep] = (
+    steps: Sequence[Step] = (
         Dock(_offset(ride.goal, 0.1, -0.1, 0.02)),
         Wait(1.0),
         Undock(4.0) if rng.random() < 0.5 else DriveTo(ride.start),

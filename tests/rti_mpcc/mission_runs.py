@@ -12,8 +12,8 @@ import numpy as np
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, DockingMission, Source, VehicleState
-from rti_mpcc.mission_state import StepRecord
-from rti_mpcc.steps import AnyStep
+from rti_mpcc.mission import Step
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.yards import BRISK, DEAD_TIME, Drive, Driver
 
@@ -49,7 +49,7 @@ class UntilOver:
 
 
 def mission_in(
-    area: Area, steps: Sequence[AnyStep], *, config: ControllerConfig = BRISK, home: Pose2 | None = None
+    area: Area, steps: Sequence[Step], *, config: ControllerConfig = BRISK, home: Pose2 | None = None
 ) -> DockingMission:
     """On a controller in an area."""
     return DockingMission(DockingController.in_area(area, config), steps, home=home)

@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import get_args
 
 import pytest
 
@@ -17,7 +16,8 @@ from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
-from rti_mpcc.simulation.sections.controller import AnyStepSection, StepSection
+from rti_mpcc.mission.step import STEPS
+from rti_mpcc.simulation.sections.mission import StepSection, table_of
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -82,8 +82,8 @@ def test_the_keys_of_each_step_are_those_of_the_code() -> None:
     page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|(.*)\|(.*)\|$", page, flags=re.MULTILINE)
     told = {kind: [tuple(re.findall(r"`(\w+)`", cell)) for cell in cells] for kind, *cells in rows}
-    for section in get_args(AnyStepSection):
-        (kind,) = get_args(section.model_fields["kind"].annotation)
+    for kind in STEPS:
+        section = table_of(kind)
         keys = {n: f for n, f in section.model_fields.items() if n not in {"kind", *StepSection.model_fields}}
         assert told[kind] == [
             tuple(n for n, f in keys.items() if f.is_required() is needed) for needed in (True, False)

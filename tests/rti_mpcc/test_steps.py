@@ -14,7 +14,7 @@ import pytest
 import shapely
 
 from geometry import InputError, Pose2
-from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
+from rti_mpcc.mission import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 
 POSE = Pose2(1.0, 2.0, pi / 2)
 SQUARE = [(1.0, -1.0), (2.0, -1.0), (2.0, 1.0), (1.0, 1.0)]
@@ -96,7 +96,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         (lambda x=x: Wait(x), _said("Wait.seconds", x, "must be >= 0, and finite"))
         for x in (-1.0, inf, nan, "1")
     ),
-    (lambda: Wait(), "Wait.seconds = None: needs seconds, or until"),
+    (lambda: Wait(), "Wait.seconds = None: needs seconds, or a signal"),
     (lambda: Wait(1.0, until=5), "Wait.until = 5: must be a function or None"),  # type: ignore[arg-type]
     (lambda: DriveTo((1, 2, 3)), "DriveTo.pose = (1, 2, 3): must be a Pose2"),  # type: ignore[arg-type]
     *(

@@ -168,11 +168,11 @@ def parsed(model: type[Model], data: Mapping[str, Any], *, source: str, folder: 
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        lines = (f"{source}: {problem}" for problem in _translated(error, model))
+        lines = (f"{source}: {problem}" for problem in translated(error, model))
         raise ScenarioError("\n".join(lines)) from error
 
 
-def _translated(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
+def translated(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
     """Pydantic's errors in the table at `at` of a file with this model, in this project's words.
 
     A list whose entries are wrong is also said to be too short: that is dropped.
@@ -192,7 +192,7 @@ def _translated(error: ValidationError, model: type[BaseModel], at: Location = (
                 found.append(problem._replace(key=key + dot + problem.key))
         elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
             # It names the class of the settings, which a file does not know.
-            found += _translated(cause.__context__, model, location)
+            found += translated(cause.__context__, model, location)
         else:
             found.append(_worded(item, location, model))
     return found
@@ -207,11 +207,6 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
         keys = [field.alias or name for name, field in table.model_fields.items()]
         meant = did_you_mean(str(location[-1]), keys)
         return KeyProblem(key, value, f"unknown key{_for_kind(table)}, allowed are {', '.join(keys)}{meant}")
-    if kind == "union_tag_not_found":
-        return KeyProblem(f"{key}.kind", None, "required")
-    if kind == "union_tag_invalid":
-        tags = " or ".join(context["expected_tags"].rsplit(", ", 1))
-        return KeyProblem(f"{key}.kind", context["tag"], f"must be {tags}")
     if kind == "value_error":
         return KeyProblem(key, value, str(context["error"]))
     words = _ALLOWED.get(kind) or _ALLOWED.get(kind.partition("_")[0])
@@ -251,9 +246,6 @@ def _resolved(location: Location, model: type[BaseModel]) -> tuple[str, type[Bas
     for place, part in enumerate(location):
         if isinstance(part, int):
             key += f"[{part}]"
-            continue
-        if len(inside) > 1:  # one kind of several: pydantic puts it into the location, the file does not
-            inside = [each for each in inside if part in get_args(each.model_fields["kind"].annotation)]
             continue
         key += f".{part}" if key else part
         fields = (field for name, field in inside[0].model_fields.items() if part in (name, field.alias))

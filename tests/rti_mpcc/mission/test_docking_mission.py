@@ -14,9 +14,8 @@ import pytest
 
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController, DockingMission, InputError, Source, Status
-from rti_mpcc.mission import docking_mission
+from rti_mpcc.mission import Approach, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait, docking_mission
 from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.steps import AnyStep, Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import MissionResult, VehicleState
 from tests.rti_mpcc.docking_runs import straight
 from tests.rti_mpcc.mission_runs import (
@@ -51,7 +50,7 @@ def test_the_whole_sequence() -> None:
     front = BRISK.vehicle.front
     touch = AHEAD - front
     body = Dock(DOCK, body=BODY).body_at(DOCK)
-    steps: list[AnyStep] = [
+    steps: list[Step] = [
         Dock(DOCK, body=BODY, approach=Approach(1.0, 1)),
         Wait(1.0),
         Straight(touch + 0.05, speed=0.3, tolerance=(0.03, 0.02), until=lambda: False),
@@ -149,7 +148,7 @@ def test_a_wait_whose_condition_raises_goes_on_until_its_timeout(caplog: pytest.
     ids=["planning", "drive_to", "undock", "straight", "wait", "between"],
 )
 def test_a_cancelled_mission_ends_in_a_standstill_and_another_one_can_be_driven(
-    steps: list[AnyStep], at: float
+    steps: list[Step], at: float
 ) -> None:
     mission, speeds = mission_in(YARD, steps), [0.0]
 
@@ -231,7 +230,7 @@ def test_a_way_that_is_filled_fails_after_its_patience_and_the_vehicle_drives_ho
 
 
 def test_what_takes_too_long_is_tried_again_and_given_up_or_passed_over() -> None:
-    steps: list[AnyStep] = [Dock(DOCK, timeout=1.0, retries=1, then="continue"), Wait(0.2)]
+    steps: list[Step] = [Dock(DOCK, timeout=1.0, retries=1, then="continue"), Wait(0.2)]
     mission = mission_in(YARD, steps)
     drive = driven(mission, YARD, 20.0)
     assert results(mission.log) == [
@@ -284,7 +283,7 @@ def test_a_straight_move_with_too_large_an_error_is_told_before_it_begins_and_do
     ],
     ids=["at once", "before a wait", "before another way", "always"],
 )
-def test_a_goal_that_is_told_is_that_of_the_next_dock_without_one(steps: list[AnyStep], until: float) -> None:
+def test_a_goal_that_is_told_is_that_of_the_next_dock_without_one(steps: list[Step], until: float) -> None:
     mission = mission_in(YARD, steps)
     drive = driven(mission, YARD, 40.0, goal_at=lambda now: DOCK if now < until else None)
     assert mission.result is SUCCEEDED
@@ -315,7 +314,7 @@ ODD_GOALS: list[Any] = [
 
 @pytest.mark.parametrize("goal", ODD_GOALS, ids=repr)
 def test_goals_that_are_none_do_no_harm(goal: Any) -> None:
-    steps: list[AnyStep] = [
+    steps: list[Step] = [
         Dock(timeout=0.3, then="continue"),
         DriveTo(Pose2(0.1, 0.0, 0.0), timeout=0.5, then="continue"),
     ]
@@ -352,7 +351,7 @@ def test_on_a_given_path_it_docks_at_its_end_and_then_drives_planned_ways_in_the
 @pytest.mark.parametrize(
     "step", [Straight(1.0), Undock(1.0), DriveTo(START), Dock(START)], ids=lambda step: step.word
 )
-def test_a_controller_that_drives_its_path_only_refuses_what_needs_planned_ways(step: AnyStep) -> None:
+def test_a_controller_that_drives_its_path_only_refuses_what_needs_planned_ways(step: Step) -> None:
     controller = on_path(ControllerConfig.paper(cycle=CYCLE, dead_time=0.18))
     with pytest.raises(InputError, match=r"steps\[1\]: needs planned routes"):
         DockingMission(controller, [Dock(), step])
@@ -459,7 +458,7 @@ ODD_STATES = [
     replace(AT_REST, y=1e300),
     replace(AT_REST, delta=nan),
 ]
-STEPS: list[Callable[[], AnyStep]] = [
+STEPS: list[Callable[[], Step]] = [
     lambda: Dock(DOCK),
     lambda: Dock(),
     lambda: Wait(0.5),
@@ -471,7 +470,7 @@ STEPS: list[Callable[[], AnyStep]] = [
 
 @pytest.mark.parametrize("step", STEPS, ids=["dock", "own dock", "wait", "straight", "undock", "drive_to"])
 @pytest.mark.parametrize("good", [0, 6], ids=["from the first cycle", "later"])
-def test_states_clocks_and_detections_of_any_kind_do_no_harm(step: Callable[[], AnyStep], good: int) -> None:
+def test_states_clocks_and_detections_of_any_kind_do_no_harm(step: Callable[[], Step], good: int) -> None:
     mission = mission_in(YARD, [step(), Wait(0.2)])
     odd_times: list[Any] = [nan, inf, "now", None, -5.0, 1e300, 0.0]
     odd_detections: list[Any] = [None, 5, [None], "seen"]
@@ -488,7 +487,7 @@ def test_states_clocks_and_detections_of_any_kind_do_no_harm(step: Callable[[], 
         assert command.mission is not None
 
 
-@pytest.mark.parametrize("name", ["start_step", "judge_step", "advance_mission"])
+@pytest.mark.parametrize("name", ["start", "judged", "advance_mission"])
 def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
     name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -498,18 +497,18 @@ def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
         raise ValueError("not\nexpected")
 
     def before(now: float) -> None:
-        if now > 2.5 or name == "start_step":
-            monkeypatch.setattr(docking_mission, name, wrong)
+        if now > 2.5 or name == "start":
+            monkeypatch.setattr(docking_mission if name == "advance_mission" else Dock, name, wrong)
 
     drive = driven(mission, YARD, 6.0, before=before, after=3.0)
     assert mission.result is NOT_REACHED
     assert mission.mission_state.reason == "internal error: not expected"
     assert "internal error in a mission" in caplog.text
-    assert_stays(drive, 0.0 if name == "start_step" else 2.55 + stop_time(1.2))
+    assert_stays(drive, 0.0 if name == "start" else 2.55 + stop_time(1.2))
     last = drive.commands[-1].mission
     assert last is not None
     assert (last.result, last.reason) == (NOT_REACHED, "internal error: not expected")
-    if name != "start_step":
+    if name != "start":
         assert mission.log[-1].result is NOT_REACHED
         assert mission.log[-1].end is not None
 
@@ -558,7 +557,7 @@ def test_a_vehicle_that_is_told_to_stand_does_not_creep_out_of_what_it_overlaps(
 @pytest.mark.parametrize(
     "step", [Undock(3.0, timeout=1.0), Straight(1.0, patience=1.0)], ids=lambda s: s.word
 )
-def test_a_step_that_begins_at_rest_fails_where_that_is_never_known(step: AnyStep) -> None:
+def test_a_step_that_begins_at_rest_fails_where_that_is_never_known(step: Step) -> None:
     mission = mission_in(YARD, [step])
     for k in range(30):
         command = mission.step(replace(AT_REST, x=nan), now=CYCLE * k)

@@ -10,33 +10,24 @@ import pytest
 from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.config import MissionSettings
-from rti_mpcc.mission.progress import (
-    TROUBLE,
-    UNDECIDED,
-    Next,
-    StepOutcome,
-    advance_mission,
-    end_mission,
-    judge_step,
-)
-from rti_mpcc.mission_state import DockState, MissionState, PendingStep, StepRecord
+from rti_mpcc.mission import Approach, Dock, DriveTo, Step, Straight, Undock, Wait
+from rti_mpcc.mission.progress import advance_mission, end_mission
+from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
+from rti_mpcc.mission.step import TROUBLE, UNDECIDED, Next, StepOutcome
 from rti_mpcc.orders import GoTo, Stand
-from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status, VehicleState
 from tests.rti_mpcc.yards import BRISK, YARD
 
-SETTINGS = MissionSettings()
+SETTLED = MissionSettings().settled
 HERE, AT, BACK_OFF = Pose2(0.0, 0.0, 0.0), Pose2(5.0, 1.0, 0.2), 3.0
 HOME = DriveTo(Pose2(9.0, 9.0, 0.0))
 RUNNING, SUCCEEDED = MissionResult.RUNNING, MissionResult.SUCCEEDED
 NOT_REACHED, BLOCKED, TIMED_OUT = MissionResult.NOT_REACHED, MissionResult.BLOCKED, MissionResult.TIMED_OUT
 FAILURES = [MissionResult.NOT_DETECTED, NOT_REACHED, BLOCKED, TIMED_OUT]
-DRIVES: list[AnyStep] = [DriveTo(HERE), Dock(HERE), Undock(1.0), Straight(1.0)]
+DRIVES: list[Step] = [DriveTo(HERE), Dock(HERE), Undock(1.0), Straight(1.0)]
 
 
-def under_way(
-    *steps: AnyStep, place: int = 0, attempt: int = 0, started: float | None = 10.0
-) -> MissionState:
+def under_way(*steps: Step, place: int = 0, attempt: int = 0, started: float | None = 10.0) -> MissionState:
     """A mission of these steps, with the one at `place` under way."""
     pending = tuple(PendingStep(step=step, place=k) for k, step in enumerate(steps))[place:]
     record = StepRecord(kind=steps[place].word, place=place, attempt=attempt, begin=started or 0.0)
@@ -58,14 +49,19 @@ def command(some: Command, status: Status, cause: Reason = Reason.DRIVES, *, doc
     return replace(some, status=status, docked=docked, diagnostics=diagnostics)
 
 
+def judge_step(mission_state: MissionState, sent: Command, signal: bool, now: float) -> StepOutcome:
+    assert mission_state.step is not None
+    return mission_state.step.judged(mission_state, sent, signal, now, SETTLED)
+
+
 def lasting(
-    some: Command, step: AnyStep, seconds: float, *statuses: Status, **values: Any
+    some: Command, step: Step, seconds: float, *statuses: Status, **values: Any
 ) -> tuple[MissionResult, float]:
     """Result of a step with these statuses in turn, and its time [s] after the start."""
     mission_state = under_way(step)
     for k in range(round(seconds / 0.5)):
         sent = command(some, statuses[k % len(statuses)], **values)
-        outcome = judge_step(mission_state, sent, False, 10.0 + 0.5 * k, SETTINGS)
+        outcome = judge_step(mission_state, sent, False, 10.0 + 0.5 * k)
         if outcome.result is not RUNNING:
             assert outcome.reason in ("why", "", f"not over after {step.timeout:g} s")
             return outcome.result, 0.5 * k
@@ -76,7 +72,7 @@ def lasting(
 @pytest.mark.parametrize("step", DRIVES, ids=lambda step: step.word)
 @pytest.mark.parametrize("status", list(Status), ids=str)
 def test_a_step_without_progress_fails_after_its_patience_and_each_has_a_timeout(
-    some: Command, step: AnyStep, status: Status
+    some: Command, step: Step, status: Status
 ) -> None:
     patient, late = replace(step, patience=4.0), replace(step, timeout=3.0)
     if status in TROUBLE:
@@ -91,17 +87,17 @@ def test_a_step_without_progress_fails_after_its_patience_and_each_has_a_timeout
 def test_while_wheels_are_turned_there_is_no_trouble(some: Command) -> None:
     mission_state = replace(under_way(DriveTo(HERE)), trouble=BLOCKED, trouble_since=9.0)
     for status in UNDECIDED:
-        kept = judge_step(mission_state, command(some, status), False, 11.0, SETTINGS).mission_state
+        kept = judge_step(mission_state, command(some, status), False, 11.0).mission_state
         assert kept.trouble is BLOCKED
         turns = command(some, status, Reason.TURNS_WHEELS)
-        assert judge_step(mission_state, turns, False, 11.0, SETTINGS).mission_state.trouble is None
+        assert judge_step(mission_state, turns, False, 11.0).mission_state.trouble is None
 
 
 @pytest.mark.parametrize("step", DRIVES, ids=lambda step: step.word)
-def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command, step: AnyStep) -> None:
-    assert lasting(some, step, 5.0, Status.DOCKED, docked=True) == (SUCCEEDED, SETTINGS.settled)
+def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command, step: Step) -> None:
+    assert lasting(some, step, 5.0, Status.DOCKED, docked=True) == (SUCCEEDED, SETTLED)
     mission_state = replace(under_way(step), docked_since=9.9)
-    away = judge_step(mission_state, command(some, Status.STARTING), False, 11.0, SETTINGS)
+    away = judge_step(mission_state, command(some, Status.STARTING), False, 11.0)
     assert (away.result, away.mission_state.docked_since) == (RUNNING, None)
 
 
@@ -112,21 +108,17 @@ def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command
 )
 def test_a_wait_is_over_after_its_time_or_by_its_signal(some: Command, step: Wait) -> None:
     waiting, mission_state = command(some, Status.WAITING), under_way(step)
-    assert judge_step(mission_state, waiting, True, 10.5, SETTINGS).result is SUCCEEDED
+    assert judge_step(mission_state, waiting, True, 10.5).result is SUCCEEDED
     for now in (10.5, 12.0, 19.0):
         over = step.seconds is not None and now - 10.0 >= step.seconds
-        assert judge_step(mission_state, waiting, False, now, SETTINGS).result is (
-            SUCCEEDED if over else RUNNING
-        )
-    late = judge_step(under_way(replace(step, timeout=1.0)), waiting, False, 11.0, SETTINGS)
+        assert judge_step(mission_state, waiting, False, now).result is (SUCCEEDED if over else RUNNING)
+    late = judge_step(under_way(replace(step, timeout=1.0)), waiting, False, 11.0)
     assert (late.result, late.reason) == (TIMED_OUT, "not over after 1 s")
 
 
-def test_a_straight_move_is_over_by_its_signal_and_no_other_drive_is(some: Command) -> None:
-    for step in DRIVES:
-        outcome = judge_step(under_way(step), command(some, Status.FOLLOWING), True, 11.0, SETTINGS)
-        over = (SUCCEEDED, "ended by its signal") if isinstance(step, Straight) else (RUNNING, "")
-        assert (outcome.result, outcome.reason) == over
+def test_a_straight_move_is_over_by_its_signal(some: Command) -> None:
+    outcome = judge_step(under_way(Straight(1.0)), command(some, Status.FOLLOWING), True, 11.0)
+    assert (outcome.result, outcome.reason) == (SUCCEEDED, "ended by its signal")
 
 
 # -- the next step -------------------------------------------------------------------------------------------
@@ -135,7 +127,7 @@ def test_a_straight_move_is_over_by_its_signal_and_no_other_drive_is(some: Comma
 def then(
     mission_state: MissionState,
     result: MissionResult,
-    *steps: AnyStep,
+    *steps: Step,
     home: DriveTo | None = None,
     direction: int = 1,
 ) -> Next:
@@ -271,16 +263,16 @@ def test_another_dock_is_not_taken_for_the_one_without_a_pose(reached: bool) -> 
 @pytest.mark.parametrize("result", FAILURES)
 def test_if_one_end_of_an_undocking_is_not_reached_the_next_one_is_tried(result: MissionResult) -> None:
     ends, step = (HERE, AT, Pose2(7.0, 0.0, 0.0)), Undock(4.0)
-    mission_state = replace(under_way(step), undock_candidates=ends, trouble=BLOCKED, trouble_since=3.0)
+    mission_state = replace(under_way(step), data=ends, trouble=BLOCKED, trouble_since=3.0)
     found, order = then(mission_state, result, step)
     if result not in (NOT_REACHED, BLOCKED):
         assert (found.pending, found.result) == ((), result)
         return
-    assert (found.undock_candidates, found.trouble, found.started) == (ends[1:], None, 10.0)
+    assert (found.data, found.trouble, found.started) == (ends[1:], None, 10.0)
     assert isinstance(order, GoTo)
     assert (order.goal, order.terms.tolerance, found.log[-1].goal) == (AT, (0.2, 0.2, 0.1), AT)
-    last = then(replace(found, undock_candidates=ends[2:]), result, step).mission_state
-    assert (last.pending, last.result, last.undock_candidates) == ((), result, ())
+    last = then(replace(found, data=ends[2:]), result, step).mission_state
+    assert (last.pending, last.result, last.data) == ((), result, None)
 
 
 def test_a_mission_that_is_ended_drops_all_that_is_left() -> None:

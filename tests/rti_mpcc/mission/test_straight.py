@@ -12,8 +12,8 @@ import pytest
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
+from rti_mpcc.mission import Straight
 from rti_mpcc.mission.straight import is_correctable, straight_order
-from rti_mpcc.steps import Straight
 from rti_mpcc.types import Array
 from tests.rti_mpcc.yards import BRISK, START, YARD
 

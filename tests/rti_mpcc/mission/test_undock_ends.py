@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from geometry import Area, Pose2
-from rti_mpcc.mission.start import undock_ends
+from rti_mpcc.mission.undock import undock_ends
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, START, YARD, block

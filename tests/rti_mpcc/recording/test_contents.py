@@ -17,12 +17,11 @@ from estimation import CharucoBoard
 from geometry import Area, Corridor, Narrowing, PathPart, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.config import SolverSettings, Vehicle
-from rti_mpcc.mission import DockingMission
+from rti_mpcc.mission import Approach, Dock, DockingMission, DockKind, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.paper import with_method
 from rti_mpcc.recording import Header, Machine, Recorder, read_recording
 from rti_mpcc.recording.contents import Driver, core_of
-from rti_mpcc.steps import AnyStep, Approach, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.types import Source, Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     DETECTED,
@@ -45,7 +44,7 @@ YARD = np.array([(-8.0, -8.0), (22.0, -8.0), (20.0 + 1 / 3, 8.0), (-8.0, 8.0)])
 COMMON: dict[str, Any] = {
     "timeout": 60.0, "patience": 9.0, "retries": 2, "retry_from": 0, "then": "continue"
 }  # fmt: skip
-STEPS: tuple[AnyStep, ...] = (
+STEPS: tuple[Step, ...] = (
     Dock(
         Pose2(1.0, 2.0, 0.5 * pi), name="ä", kind=DockKind.CHARUCO,
         board=CharucoBoard(first_marker=7, x=-1 / 3), approach=Approach(2.0, -1),
@@ -157,7 +156,7 @@ def test_config(config: ControllerConfig, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "steps", [STEPS, [Dock(), Wait(0), Wait(until=lambda: True), Straight(1), Undock(5e-324), STEPS[-1]]]
 )
-def test_every_field_of_every_step_of_a_mission(steps: Sequence[AnyStep], tmp_path: Path) -> None:
+def test_every_field_of_every_step_of_a_mission(steps: Sequence[Step], tmp_path: Path) -> None:
     home = DriveTo(Pose2(1.0, 2.0, 3.0), tolerance=(0.1, 0.2, 0.3), timeout=5.0)
     mission = DockingMission(DockingController.in_area(Area()), steps, home=home)
     again = back(mission, tmp_path).driver()

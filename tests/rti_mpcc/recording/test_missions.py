@@ -12,10 +12,9 @@ import pytest
 
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
-from rti_mpcc.mission import DockingMission
+from rti_mpcc.mission import Approach, Dock, DockingMission, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.recording import Recorder, read_recording, replay
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
-from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.mission_runs import CANCELLED, RUNNING, SUCCEEDED, TIMED_OUT, results
 from tests.rti_mpcc.recording.recordings import box, change
@@ -24,7 +23,7 @@ CONFIG = ControllerConfig(dead_time=0.1)
 START = PlantState(x=0.0, y=0.0, phi=0.0)
 
 
-def begun(steps: Sequence[AnyStep]) -> DockingMission:
+def begun(steps: Sequence[Step]) -> DockingMission:
     return DockingMission(DockingController.in_area(Area(), CONFIG), steps, home=Pose2(0.0, 0.0, 0.0))
 
 
@@ -57,7 +56,7 @@ def after(count: int, asked: list[int]) -> bool:
 def eventful(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DockingMission]:
     """All kinds of steps: a condition, one that is tried again, a contact, and the last one is cancelled."""
     file = tmp_path_factory.mktemp("missions") / "eventful.jsonl"
-    steps: list[AnyStep] = [
+    steps: list[Step] = [
         Wait(until=partial(after, 10, [])),
         DriveTo(Pose2(9.0, 3.0, 0.0), timeout=0.6, retries=1, then="continue"),
         Dock(Pose2(3.0, 0.0, 0.0), body=box(5.0, -0.2), approach=Approach(0.5, 1), timeout=60.0),

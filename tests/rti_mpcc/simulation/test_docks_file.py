@@ -13,10 +13,10 @@ from estimation import CharucoBoard
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ScenarioError
+from rti_mpcc.mission import Approach, DockKind, Straight
 from rti_mpcc.simulation import load_docks, read_docks
-from rti_mpcc.simulation.docks_file import DockSection
-from rti_mpcc.simulation.sections.controller import ApproachSection, MoveSection
-from rti_mpcc.steps import Approach, DockKind, Straight
+from rti_mpcc.simulation.docks_file import DockSection, MoveSection
+from rti_mpcc.simulation.sections.mission import ApproachSection
 from tests.rti_mpcc.dock_files import EXAMPLE, FIRST, SECOND, written
 
 

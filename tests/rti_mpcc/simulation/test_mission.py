@@ -11,7 +11,7 @@ import pytest
 from geometry import Pose2
 from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
-from rti_mpcc.mission_state import StepRecord
+from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.controllers import all_succeeded
 from rti_mpcc.simulation.scenery import touches, with_body

@@ -13,6 +13,7 @@ from geometry import Pose2
 from rti_mpcc import DockingController, DockingMission
 from rti_mpcc.config import Clearance
 from rti_mpcc.errors import InputError, ScenarioError
+from rti_mpcc.mission import Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation import (
     Scenario,
@@ -23,8 +24,7 @@ from rti_mpcc.simulation import (
     scenario_from_dict,
 )
 from rti_mpcc.simulation.controllers import mission_of
-from rti_mpcc.simulation.sections.controller import signalled_by_the_simulation
-from rti_mpcc.steps import Approach, Dock, DriveTo, Straight, Undock, Wait
+from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
 from tests.rti_mpcc.yards import BRISK
 

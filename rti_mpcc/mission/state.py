@@ -1,23 +1,27 @@
-"""The state of a mission, which `rti_mpcc.mission` writes."""
+"""The state of a mission, which the controller keeps, and the record of each step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import shapely
 from numpy.typing import ArrayLike
 
 from geometry import Pose2
-from rti_mpcc.steps import AnyStep, Dock
 from rti_mpcc.types import Array, MissionResult
+
+if TYPE_CHECKING:
+    from rti_mpcc.mission.dock import Dock
+    from rti_mpcc.mission.step import Step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PendingStep:
     """A step to be done, its place in the mission, and the number of earlier attempts."""
 
-    step: AnyStep
+    step: Step
     place: int
     attempt: int = 0
 
@@ -79,7 +83,7 @@ class MissionState:
         docked_since: since when the vehicle stands at the end of the step [s], or None.
         trouble: the result if nothing changes, or None; trouble_since: since when [s].
         dock_state: the dock, or None; bodies: outlines (k, 2) of the objects at other docks [m].
-        undock_candidates: ends of an undocking that are still to be tried, the present one first.
+        data: what the current step has to remember, or None.
         own_goal: that the controller had, or was given last; None: that of its path.
         unused_goal: goal that was given last without any use for it, or None.
         obstacles: that were given last besides that of the dock, or None.
@@ -95,7 +99,7 @@ class MissionState:
     trouble_since: float = 0.0
     dock_state: DockState | None = None
     bodies: tuple[Array, ...] = ()
-    undock_candidates: tuple[Pose2, ...] = ()
+    data: Any = None
     own_goal: Pose2 | None = None
     unused_goal: Pose2 | None = None
     obstacles: Sequence[ArrayLike] | None = None
@@ -104,7 +108,7 @@ class MissionState:
     log: tuple[StepRecord, ...] = ()
 
     @property
-    def step(self) -> AnyStep | None:
+    def step(self) -> Step | None:
         """The current one, or the next; None: the mission is over."""
         return self.pending[0].step if self.pending else None
 

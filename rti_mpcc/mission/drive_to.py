@@ -1,0 +1,38 @@
+"""DriveTo: drive to a pose and stand there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from geometry import Area, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.mission.state import MissionState
+from rti_mpcc.mission.step import THREE, DrivingStep, Rule, Started, all_positive
+from rti_mpcc.orders import GoTo
+from rti_mpcc.state import ControllerState
+from rti_mpcc.world.goals import GoalTerms
+
+
+@dataclass(frozen=True, slots=True)
+class DriveTo(DrivingStep):
+    """Drive to a pose and stand there.
+
+    Attributes:
+        pose: of the rear axle, world frame.
+        tolerance: longitudinal [m], lateral [m], heading [rad]; None: that of the settings.
+    """
+
+    word = "drive_to"
+    pose: Pose2
+    tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
+
+    def _rules(self) -> Iterable[Rule]:
+        yield "tolerance", all_positive(self.tolerance), THREE
+
+    def start(
+        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
+    ) -> Started:
+        """Leave the dock, if there is one, for the pose."""
+        terms = GoalTerms(tolerance=self.tolerance, detected=False)
+        return Started(mission_state.at(None), GoTo(goal=self.pose, terms=terms), self.pose)

@@ -1,0 +1,48 @@
+"""Wait: stand for some seconds, or until a signal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import inf
+
+from geometry import Area
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.mission.state import MissionState
+from rti_mpcc.mission.step import Rule, Signal, Started, Step, StepOutcome
+from rti_mpcc.orders import Stand
+from rti_mpcc.state import ControllerState
+from rti_mpcc.types import Command, MissionResult
+
+
+@dataclass(frozen=True, slots=True)
+class Wait(Step):
+    """Stand for some seconds, or until a signal; with both until the first of them."""
+
+    word = "wait"
+    seconds: float | None = None
+    until: Signal | None = field(default=None, kw_only=True)
+
+    def _rules(self) -> Iterable[Rule]:
+        yield "seconds", self.seconds is None or 0.0 <= self.seconds < inf, "must be >= 0, and finite"
+        yield "seconds", self.seconds is not None or self.until is not None, "needs seconds, or a signal"
+
+    @property
+    def needs_routes(self) -> bool:
+        """It stays where the vehicle is."""
+        return False
+
+    def start(
+        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
+    ) -> Started:
+        """Stand."""
+        return Started(mission_state, Stand())
+
+    def judged(
+        self, mission_state: MissionState, command: Command, signal: bool, now: float, settled: float
+    ) -> StepOutcome:
+        """SUCCEEDED after its seconds, or with its signal."""
+        assert mission_state.started is not None
+        if signal or (self.seconds is not None and now - mission_state.started >= self.seconds):
+            return StepOutcome(mission_state, MissionResult.SUCCEEDED)
+        return self.timed_out(mission_state, now)
