@@ -24,6 +24,7 @@ class Truck:
         self.on_the_way = [(0.0, 0.0)] * round(DEAD_TIME / CYCLE)
 
     def drive(self, command: Command, steps: int = 10) -> None:
+        """Take a command in and move on by one cycle."""
         self.on_the_way.append((command.speed, command.steering))
         speed, steering = self.on_the_way.pop(0)
         dv, ddelta, h = (speed - self.v) / steps, (steering - self.delta) / steps, CYCLE / steps

@@ -17,7 +17,7 @@ NAMES = (
     "own_path_and_polygon",
     "park_from_map",
 )
-LONGEST = 60
+LONGEST = 61
 
 
 def test_there_are_no_other_examples() -> None:
