@@ -32,7 +32,7 @@ from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, 
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
-from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.ocp.stage_cost import add_residual, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
@@ -167,11 +167,15 @@ class RtiMpcc:
             reference = frame.reference_in(objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
         goal, wheels, index = frame.pose_in(target.pose), target.wheels or 0.0, self.index
-        here = Linearised(shifted.states, states, controls, errors, weights, self._corridor, index, config)
+        here = Linearised(
+            shifted.states, states, controls, lengths, errors, weights, self._corridor, index, config
+        )
         terms = partial(objective.add_terms, here)
         cost = quadratic_cost(
             states, controls, weights, errors, goal, wheelbase, config.comfort, wheels=wheels, terms=terms
         )
+        for term in config.objective.terms:
+            add_residual(cost, term.residual(here))
         step = linearised_step(states, controls, lengths, wheelbase)
         along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
         if before is not None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, ControllerConfig
 from rti_mpcc.config.mpc import (
     Clearance,
+    CostTerm,
     DockingObjective,
     GoalTracking,
     Plausibility,
@@ -25,6 +26,7 @@ __all__ = [
     "Clearance",
     "Comfort",
     "ControllerConfig",
+    "CostTerm",
     "DockingObjective",
     "GoalTracking",
     "Limits",

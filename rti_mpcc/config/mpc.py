@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import Field, PrivateAttr, model_serializer, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, SerializeAsAny, model_serializer, model_validator
 
 from estimation import GoalFilterConfig
 from geometry.settings import CONSTANT, NonNegative, Positive, Settings, Triple
@@ -121,13 +122,49 @@ class SolverSettings(Settings):
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
 
 
+class CostTerm(Settings):
+    """A term of the cost that a user adds, `ControllerConfig.objective.terms`: w e² at each stage.
+
+    Its fields are settings; recordings find the class by its name. The time of arrival that the QP finds,
+    (T4), does not count it.
+    """
+
+    KINDS: ClassVar[dict[str, type[CostTerm]]] = {}
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        CostTerm.KINDS[cls.__name__] = cls
+
+    def residual(self, plan: Any) -> Any:
+        """The `Residual` (`rti_mpcc.ocp.stage_cost`) about a plan, `rti_mpcc.ocp.objectives.Linearised`."""
+        raise NotImplementedError
+
+    @model_serializer(mode="wrap")
+    def _with_kind(self, write: Any) -> dict[str, Any]:
+        return {"kind": type(self).__name__, **write(self)}
+
+
+def _term(value: Any) -> Any:
+    """The term that was written into a file, by the name of its class."""
+    if not isinstance(value, Mapping):
+        return value
+    kind = CostTerm.KINDS.get(str(value.get("kind")))
+    if kind is None:
+        raise ValueError(f"cost term {value.get('kind')!r} is not known: import the module that defines it")
+    return kind(**{name: each for name, each in value.items() if name != "kind"})
+
+
 class DockingObjective(Settings):
     """How a vehicle comes along its path into the goal: it contours, then drives one planned arrival at rest.
 
     Other methods derive from this class and plug themselves in (`rti_mpcc.paper`). Settings know neither
     segments nor objectives of a horizon: hence the type variables.
+
+    Attributes:
+        terms: of the cost, beside those of `Weights`.
     """
 
+    terms: tuple[Annotated[SerializeAsAny[CostTerm], BeforeValidator(_term)], ...] = ()
     plans_arrival: ClassVar[bool] = True
     """Whether an arrival at rest takes over from contouring; otherwise contouring goes on to the end."""
     arrives_at_goal: ClassVar[bool] = True

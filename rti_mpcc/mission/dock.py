@@ -11,11 +11,10 @@ import shapely
 from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
-from geometry import Area, Pose2
+from geometry import Pose2
 from geometry.outline import checked_polygon, outline_at
 from geometry.validation import Validated, validate, validated
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course import route_start
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep
 from rti_mpcc.mission.step import (
     LONGEST,
@@ -24,6 +23,7 @@ from rti_mpcc.mission.step import (
     Next,
     Rule,
     Started,
+    StepStart,
     all_positive,
     refuse_unless,
 )
@@ -149,10 +149,9 @@ class Dock(DrivingStep):
         """The outline of its body at its pose."""
         return None if self.pose is None else self.body_at(self.pose)
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
+    def start(self, at: StepStart) -> Started:
         """Drive to the dock; without a route, on to the goal of the controller's path."""
+        mission_state, s, config, area = at
         own = (
             self.pose is None and mission_state.own_goal == s.goal.planned
         )  # that of its path, or given on the way
@@ -176,7 +175,7 @@ class Dock(DrivingStep):
             detected=None if self.kind is None else self.kind is not DockKind.KNOWN,
             approach=None if self.approach is None else (self.approach.length, self.approach.direction),
             uncertainty=self.uncertainty,
-            keep_out=_keep_out(self, route_start.here(s, config), config),
+            keep_out=_keep_out(self, at.here, config),
         )
         return Started(mission_state, GoTo(goal=goal, terms=terms), goal, goal)
 

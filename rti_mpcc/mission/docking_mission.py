@@ -19,7 +19,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.drive_to import DriveTo
 from rti_mpcc.mission.progress import advance_mission, end_mission, start_step
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
-from rti_mpcc.mission.step import Next, Step, StepOutcome
+from rti_mpcc.mission.step import MissionCycle, Next, Step, StepOutcome, StepStart
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
 from rti_mpcc.world import inputs
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
@@ -158,7 +158,7 @@ class DockingMission:
                 self._take(end_mission(mission_state, MissionResult.CANCELLED, "", clock.now))
         elif mission_state.pending and mission_state.started is None:
             s = replace(controller.state, clock=clock)
-            started = start_step(mission_state, s, controller.config, controller.area)
+            started = start_step(StepStart(mission_state, s, controller.config, controller.area))
             self._take(Next(started.mission_state, started.order))
             if started.problem:
                 failed = StepOutcome(self.mission_state, MissionResult.NOT_REACHED, started.problem)
@@ -174,7 +174,8 @@ class DockingMission:
         step, now = mission_state.step, s.clock.now
         if mission_state.started is None or step is None:
             return
-        self._advance(step.judged(step.observed(mission_state, s), command, over, now, settled), now)
+        cycle = MissionCycle(command, over, now, settled)
+        self._advance(step.judged(step.observed(mission_state, s), cycle), now)
 
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from geometry import Area, Pose2
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.mission.state import MissionState
-from rti_mpcc.mission.step import THREE, DrivingStep, Rule, Started, all_positive
+from geometry import Pose2
+from rti_mpcc.mission.step import THREE, DrivingStep, Rule, Started, StepStart, all_positive
 from rti_mpcc.orders import GoTo
-from rti_mpcc.state import ControllerState
 from rti_mpcc.world.goals import GoalTerms
 
 
@@ -30,9 +27,7 @@ class DriveTo(DrivingStep):
     def _rules(self) -> Iterable[Rule]:
         yield "tolerance", all_positive(self.tolerance), THREE
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
+    def start(self, at: StepStart) -> Started:
         """Leave the dock, if there is one, for the pose."""
         terms = GoalTerms(tolerance=self.tolerance, detected=False)
-        return Started(mission_state.at(None), GoTo(goal=self.pose, terms=terms), self.pose)
+        return Started(at.mission_state.at(None), GoTo(goal=self.pose, terms=terms), self.pose)

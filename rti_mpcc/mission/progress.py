@@ -5,25 +5,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from geometry import Area
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.state import MissionState, PendingStep, StepRecord
-from rti_mpcc.mission.step import Next, Started, Step, StepOutcome
+from rti_mpcc.mission.step import Next, Started, Step, StepOutcome, StepStart
 from rti_mpcc.orders import Stand
-from rti_mpcc.state import ControllerState, Phase
+from rti_mpcc.state import Phase
 from rti_mpcc.types import MissionResult
 
 
-def start_step(
-    mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-) -> Started:
+def start_step(at: StepStart) -> Started:
     """Start the step that is due; one that has to start at rest once the vehicle stands.
 
     If it does not come to rest in the step's time, or patience, the step cannot be started.
-
-    Args:
-        area: all that is solid, as far as it is known; None: the controller plans no routes.
     """
+    mission_state, s = at.mission_state, at.s
     pending = mission_state.pending[0]
     step = pending.step
     if step.from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
@@ -33,7 +27,7 @@ def start_step(
             return Started(mission_state, None if s.task.phase is Phase.WAITING else Stand())
         started = Started(mission_state, Stand(), problem="the vehicle does not come to rest")
     else:
-        started = step.start(mission_state, s, config, area)
+        started = step.start(at)
     record = StepRecord(
         kind=step.word, place=pending.place, attempt=pending.attempt, begin=s.clock.now,
         goal=started.goal, dock=started.dock,

@@ -15,6 +15,7 @@ from typing import ClassVar, Literal, NamedTuple
 from geometry import Area, InputError, Pose2
 from geometry.validation import Validated, validate
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import route_start
 from rti_mpcc.mission.state import MissionState, PendingStep
 from rti_mpcc.orders import Order
 from rti_mpcc.state import ControllerState
@@ -58,6 +59,39 @@ class Started(NamedTuple):
     goal: Pose2 | None = None
     dock: Pose2 | None = None
     problem: str = ""
+
+
+class StepStart(NamedTuple):
+    """What a step is started with.
+
+    Attributes:
+        mission_state: with it as the first of its steps; s: of the controller; config: its settings.
+        area: all that is solid, as far as it is known; None: the controller plans no routes.
+    """
+
+    mission_state: MissionState
+    s: ControllerState
+    config: ControllerConfig
+    area: Area | None
+
+    @property
+    def here(self) -> Pose2:
+        """Pose of the vehicle, averaged at rest."""
+        return route_start.here(self.s, self.config)
+
+
+class MissionCycle(NamedTuple):
+    """A cycle by which a step is judged.
+
+    Attributes:
+        command: of the cycle; signal: whether `until` of the step says that it is over.
+        now: on the controller's own clock [s]; settled: time at its end after which it has succeeded [s].
+    """
+
+    command: Command
+    signal: bool
+    now: float
+    settled: float
 
 
 class StepOutcome(NamedTuple):
@@ -153,28 +187,16 @@ class Step(Validated):
 
     # -- what it does ------------------------------------------------------------------------------------
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
-        """Start it: give the controller its order, or say why not.
-
-        `area`: all that is solid, as far as it is known; None: the controller plans no routes.
-        """
+    def start(self, at: StepStart) -> Started:
+        """Start it: give the controller its order, or say why not."""
         raise NotImplementedError
 
     def observed(self, mission_state: MissionState, s: ControllerState) -> MissionState:
         """The mission after a cycle of the controller, before it is judged."""
         return mission_state
 
-    def judged(
-        self, mission_state: MissionState, command: Command, signal: bool, now: float, settled: float
-    ) -> StepOutcome:
-        """Its outcome after a cycle.
-
-        Args:
-            command: of the cycle; signal: whether `until` of the step says that it is over.
-            now: on the controller's own clock [s]; settled: time at its end after which it has succeeded [s].
-        """
+    def judged(self, mission_state: MissionState, cycle: MissionCycle) -> StepOutcome:
+        """Its outcome after a cycle."""
         raise NotImplementedError
 
     def timed_out(self, mission_state: MissionState, now: float) -> StepOutcome:
@@ -208,14 +230,13 @@ class DrivingStep(Step):
 
     __slots__ = ()
 
-    def judged(
-        self, mission_state: MissionState, command: Command, signal: bool, now: float, settled: float
-    ) -> StepOutcome:
+    def judged(self, mission_state: MissionState, cycle: MissionCycle) -> StepOutcome:
         """SUCCEEDED once the vehicle has stood at its end; failed where its trouble lasts."""
+        command, now = cycle.command, cycle.now
         mission_state = _noted(mission_state, command, now)
-        if signal:
+        if cycle.signal:
             return StepOutcome(mission_state, MissionResult.SUCCEEDED, "ended by its signal")
-        if mission_state.docked_since is not None and now - mission_state.docked_since >= settled:
+        if mission_state.docked_since is not None and now - mission_state.docked_since >= cycle.settled:
             return StepOutcome(mission_state, MissionResult.SUCCEEDED)
         if mission_state.trouble is not None and now - mission_state.trouble_since >= self.patience:
             return StepOutcome(mission_state, mission_state.trouble, command.diagnostics.reason)

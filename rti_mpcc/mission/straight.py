@@ -19,13 +19,20 @@ import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course import route_start
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.mission.state import MissionState
-from rti_mpcc.mission.step import DrivingStep, Next, Rule, Signal, Started, all_positive, distance_rule
+from rti_mpcc.mission.step import (
+    DrivingStep,
+    Next,
+    Rule,
+    Signal,
+    Started,
+    StepStart,
+    all_positive,
+    distance_rule,
+)
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow, Stand
-from rti_mpcc.state import ControllerState
 from rti_mpcc.world.goals import GoalTerms
 
 SPACING = 0.05
@@ -62,13 +69,11 @@ class Straight(DrivingStep):
             yield name, 0.0 < getattr(self, name) < inf, "must be > 0, and finite"
         yield "tolerance", all_positive(self.tolerance), two
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
+    def start(self, at: StepStart) -> Started:
         """Drive along the axis of the dock at which the vehicle stands, or along its own heading."""
-        dock_state = mission_state.dock_state
+        mission_state, dock_state = at.mission_state, at.mission_state.dock_state
         axis = dock_state.pose if dock_state is not None and dock_state.reached else None
-        order, problem = straight_order(self, axis, route_start.here(s, config), area, config)
+        order, problem = straight_order(self, axis, at.here, at.area, at.config)
         if order is None:
             return Started(mission_state, Stand(), problem=problem)
         if dock_state is not None and dock_state.reached:

@@ -11,16 +11,23 @@ import numpy as np
 
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course import route_start
 from rti_mpcc.mission.state import MissionState
-from rti_mpcc.mission.step import DrivingStep, Next, Rule, Started, StepOutcome, distance_rule
+from rti_mpcc.mission.step import (
+    DrivingStep,
+    MissionCycle,
+    Next,
+    Rule,
+    Started,
+    StepOutcome,
+    StepStart,
+    distance_rule,
+)
 from rti_mpcc.mission.straight import SPACING
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import GoTo, Stand
 from rti_mpcc.route_planner.arcs import merge_arcs, poses_after, split_arcs
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
-from rti_mpcc.state import ControllerState
-from rti_mpcc.types import Array, Command, MissionResult, Reason
+from rti_mpcc.types import Array, MissionResult, Reason
 from rti_mpcc.world.goals import GoalTerms
 
 _OUT_TOLERANCE = (0.2, 0.2, 0.1)  # at the end of an undocking: longitudinal [m], lateral [m], heading [rad]
@@ -46,21 +53,16 @@ class Undock(DrivingStep):
     def _rules(self) -> Iterable[Rule]:
         yield distance_rule(self.distance)
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
+    def start(self, at: StepStart) -> Started:
         """Drive to the best end; the others are tried after it."""
-        here = route_start.here(s, config)
-        ends = () if area is None else undock_ends(here, self.distance, area, config)
+        ends = () if at.area is None else undock_ends(at.here, self.distance, at.area, at.config)
         if not ends:
-            return Started(mission_state, Stand(), problem="no end of a route out of here is clear")
-        return Started(replace(mission_state, data=ends), _order_to(ends[0]), ends[0])
+            return Started(at.mission_state, Stand(), problem="no end of a route out of here is clear")
+        return Started(replace(at.mission_state, data=ends), _order_to(ends[0]), ends[0])
 
-    def judged(
-        self, mission_state: MissionState, command: Command, signal: bool, now: float, settled: float
-    ) -> StepOutcome:
+    def judged(self, mission_state: MissionState, cycle: MissionCycle) -> StepOutcome:
         """As of any drive; an end without a route is given up at once while there are others."""
-        outcome = DrivingStep.judged(self, mission_state, command, signal, now, settled)
+        outcome, command = DrivingStep.judged(self, mission_state, cycle), cycle.command
         if outcome.result is MissionResult.SUCCEEDED or len(mission_state.data or ()) < 2:
             return outcome
         if command.diagnostics.cause is Reason.NO_ROUTE:

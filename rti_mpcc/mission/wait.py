@@ -6,13 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf
 
-from geometry import Area
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.state import MissionState
-from rti_mpcc.mission.step import Rule, Signal, Started, Step, StepOutcome
+from rti_mpcc.mission.step import MissionCycle, Rule, Signal, Started, Step, StepOutcome, StepStart
 from rti_mpcc.orders import Stand
-from rti_mpcc.state import ControllerState
-from rti_mpcc.types import Command, MissionResult
+from rti_mpcc.types import MissionResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +29,14 @@ class Wait(Step):
         """It stays where the vehicle is."""
         return False
 
-    def start(
-        self, mission_state: MissionState, s: ControllerState, config: ControllerConfig, area: Area | None
-    ) -> Started:
+    def start(self, at: StepStart) -> Started:
         """Stand."""
-        return Started(mission_state, Stand())
+        return Started(at.mission_state, Stand())
 
-    def judged(
-        self, mission_state: MissionState, command: Command, signal: bool, now: float, settled: float
-    ) -> StepOutcome:
+    def judged(self, mission_state: MissionState, cycle: MissionCycle) -> StepOutcome:
         """SUCCEEDED after its seconds, or with its signal."""
         assert mission_state.started is not None
-        if signal or (self.seconds is not None and now - mission_state.started >= self.seconds):
+        over = self.seconds is not None and cycle.now - mission_state.started >= self.seconds
+        if cycle.signal or over:
             return StepOutcome(mission_state, MissionResult.SUCCEEDED)
-        return self.timed_out(mission_state, now)
+        return self.timed_out(mission_state, cycle.now)

@@ -79,15 +79,17 @@ class StageWeights:
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """The plan that a QP is linearised about, for terms of an objective's own.
+    """The plan that a QP is linearised about, for terms of an objective's own, or a user's.
 
-    `states` (N+1, 6) in the world, `local` the same in the QP's frame, `controls` (N, 3), and the Frenet
-    `errors` there, None without weights on them; `index` of the part whose boundaries count.
+    `states` (N+1, 6) in the world, `local` the same in the QP's frame, `controls` (N, 3) of stages of these
+    `lengths` (N,) [s], and the Frenet `errors` there, None without weights on them; `index` of the part whose
+    boundaries count.
     """
 
     states: Array
     local: Array
     controls: Array
+    lengths: Array
     errors: FrenetErrors | None
     weights: StageWeights
     corridor: Corridor

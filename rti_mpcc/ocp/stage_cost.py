@@ -46,6 +46,37 @@ class QuadraticCost(NamedTuple):
     control_gradient: Out2  # (N, 3)
 
 
+class Residual(NamedTuple):
+    """What a `CostTerm` adds: w e² at each stage.
+
+    Attributes:
+        weights, values: w and e (N+1,), w >= 0; by_state: slopes of e (N+1, 6).
+        by_control: and of stages 0..N-1 (N, 3), or None: e knows states alone.
+    """
+
+    weights: Array
+    values: Array
+    by_state: Array
+    by_control: Array | None = None
+
+
+def add_residual(cost: QuadraticCost, residual: Residual) -> None:
+    """Add w e², in place: its gradient is exact.
+
+    The QP has no room for products of states and controls. Where e knows both, twice the square of each is
+    an upper bound of their sum's: iterations converge to the same plan.
+    """
+    weights, values, by_state, by_control = residual
+    on_both = 1.0 if by_control is None else 2.0
+    slopes = np.sqrt(2.0 * on_both * weights)[:, None] * by_state
+    cost.state_hessian[:] += slopes[:, :, None] * slopes[:, None, :]
+    cost.state_gradient[:] += (2.0 * weights * values)[:, None] * by_state
+    if by_control is not None:
+        pull = (2.0 * weights)[:-1, None] * by_control
+        cost.control_hessian[:] += on_both * pull * by_control
+        cost.control_gradient[:] += pull * values[:-1, None]
+
+
 def quadratic_cost(
     states: Array,
     controls: Array,

@@ -13,7 +13,7 @@ from rti_mpcc.config import MissionSettings
 from rti_mpcc.mission import Approach, Dock, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.mission.progress import advance_mission, end_mission
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
-from rti_mpcc.mission.step import TROUBLE, UNDECIDED, Next, StepOutcome
+from rti_mpcc.mission.step import TROUBLE, UNDECIDED, MissionCycle, Next, StepOutcome
 from rti_mpcc.orders import GoTo, Stand
 from rti_mpcc.types import Command, MissionResult, Reason, Status, VehicleState
 from tests.rti_mpcc.yards import BRISK, YARD
@@ -51,7 +51,7 @@ def command(some: Command, status: Status, cause: Reason = Reason.DRIVES, *, doc
 
 def judge_step(mission_state: MissionState, sent: Command, signal: bool, now: float) -> StepOutcome:
     assert mission_state.step is not None
-    return mission_state.step.judged(mission_state, sent, signal, now, SETTLED)
+    return mission_state.step.judged(mission_state, MissionCycle(sent, signal, now, SETTLED))
 
 
 def lasting(
