@@ -30,9 +30,8 @@ def turn_around() -> Iterator[type[Step]]:
     """The class that the page shows, as typed in a module of its own."""
     module: Any = ModuleType("own_step")
     sys.modules["own_step"] = module
-    (block,) = re.findall(
-        r"```python\n(.*?class TurnAround.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
-    )
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = (each for each in blocks if "class TurnAround" in each)
     exec(compile(block, str(PAGE), "exec"), vars(module))
     yield module.TurnAround
     del STEPS["turn_around"], sys.modules["own_step"]

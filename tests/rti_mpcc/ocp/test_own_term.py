@@ -30,9 +30,8 @@ def kind() -> Iterator[Any]:
     """The class that the page shows, as typed in a module of its own."""
     module: Any = ModuleType("own_term")
     sys.modules["own_term"] = module
-    (block,) = re.findall(
-        r"```python\n(.*?class LateralJerk.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
-    )
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = (each for each in blocks if "class LateralJerk" in each)
     exec(compile(block, str(PAGE), "exec"), vars(module))
     yield module.LateralJerk
     del CostTerm.KINDS["LateralJerk"], sys.modules["own_term"]
