@@ -23,10 +23,8 @@ from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.strips import Strip, commanded_jerk, motion_strips
 from rti_mpcc.types import Array, GoalOrigin
 
-PLAN_POINTS = 10
-"""Points of a plan that are shown, evenly in time."""
-SIMPLER = 0.01
-"""Lines of the surroundings are shown with corners left out within this [m]."""
+SIMPLER, PLAN_SIMPLER = 0.01, 0.04
+"""Lines of the surroundings, and plans, are shown with corners left out within this [m]."""
 NEAR = 1.5
 """Half-planes of what is nearer to the body than this are shown [m]."""
 MOST_PLANES = 4
@@ -166,9 +164,8 @@ def _plan(moment: Moment) -> list[int]:
     states = moment.command.trajectory.states
     if not np.isfinite(moment.pose).all():
         return []
-    places = np.linspace(0, len(states) - 1, PLAN_POINTS).round().astype(int)
-    points = np.round(CM * (states[places, :PHI] - moment.pose[:PHI])).astype(int)
-    steps = np.diff(points, axis=0, prepend=0)
+    line = shapely.simplify(shapely.linestrings(states[:, :PHI] - moment.pose[:PHI]), PLAN_SIMPLER)
+    steps = np.diff(np.round(CM * shapely.get_coordinates(line)).astype(int), axis=0, prepend=0)
     return [*steps.ravel().tolist(), round(MRAD * float(states[-1, PHI]))]
 
 
