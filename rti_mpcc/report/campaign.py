@@ -16,8 +16,10 @@ from rti_mpcc.recording import Machine
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.page import rendered
-from rti_mpcc.report.ride import ride_of_run
+from rti_mpcc.report.ride import Observer, ride_of_run
+from rti_mpcc.report.ride_page import ride_page
 from rti_mpcc.report.text import in_words, number, percent
+from rti_mpcc.simulation import driver_of
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign import TIMES, CaseOutcome, RandomCase, read_rows
 from rti_mpcc.simulation.scenario import save_scenario
@@ -52,6 +54,8 @@ LARGEST = {
     "energy_ratio": "most energy over the least",
 }
 """Columns whose largest values are bad, and what such a case is called."""
+CASE_COLUMNS = ("time_to_dock", "time_ratio", "min_clearance_m", "over_comfort.acceleration", "energy_ratio")
+"""Numbers of each case on the page."""
 
 
 def read_table(folder: Path) -> pd.DataFrame:
@@ -136,7 +140,8 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
 def write_report(
     folder: Path, settings: Mapping[str, Any], cases: Sequence[RandomCase], *, worst: int
 ) -> tuple[dict[str, str], tuple[Path, ...]]:
-    """Write report.json, report.html, and the `worst` cases, driven again, as scenario files into a folder.
+    """Write report.json, report.html, and the `worst` cases, driven again, as scenario files and pages of
+    their own into a folder.
 
     `settings` of the campaign are in both files. Returns the figures for people, and the written files.
     Raises InputError where there is no row, OSError.
@@ -148,29 +153,46 @@ def write_report(
         said = {name: str(row[name]) for name in ("scenario", "outcome", "detail")}
         numbers = {name: known(row[name]) for name in ("time_to_dock", "min_clearance_m")}
         drives = said["outcome"] != CaseOutcome.WORKER_DIED.value
-        command, picture = _driven_again(by_index[index], folder, drives=drives)
-        shown.append(({"index": index, "why": why, **said, **numbers, "command": command}, picture))
+        command, picture, page = _driven_again(by_index[index], folder, drives=drives)
+        own = {"command": command, "page": page}
+        shown.append(({"index": index, "why": why, **said, **numbers, **own}, picture))
     files, table = (folder / PAGE, folder / NUMBERS), readable_figures(figures)
     title = f"Campaign {folder.resolve().name}"
-    page = rendered("campaign.html", title, figures=figures, table=table, shown=shown, settings=settings)
+    pages = {one["index"]: one["page"] for one, _ in shown}
+    given = {"figures": figures, "table": table, "shown": shown, "settings": settings, "pages": pages}
+    page = rendered("campaign.html", title, cases=_case_rows(rows), **given)
     files[0].write_text(page, encoding="utf-8")
     more = {"settings": dict(settings), "versions": Machine.here().versions}
     write_json({**figures, **more, "worst": [one for one, _ in shown]}, files[1])
     return table, (*files, *([folder / WORST] if shown else []))
 
 
-def _driven_again(case: RandomCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None]:
-    """Save a case; the command that drives it from its file, and its picture if it `drives`."""
+def _case_rows(rows: pd.DataFrame) -> list[list[Any]]:
+    """Of each case: index, outcome, and the numbers of `CASE_COLUMNS`; None: not known."""
+    numbers = rows[list(CASE_COLUMNS)].astype(float)
+    return [
+        [index, in_words(str(outcome)), *map(known, values)]
+        for index, outcome, values in zip(rows.index, rows["outcome"], numbers.to_numpy(), strict=True)
+    ]
+
+
+def _driven_again(case: RandomCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None, str]:
+    """Save a case; the command that drives it from its file, and its picture and page if it `drives`."""
     try:
         scenario = case.scenario()
         options = "".join(f" --{name} {value}" for name, value in case.run.items())
-        command = f"rti-mpcc run {save_scenario(scenario, folder / WORST)}{options}"
+        file = save_scenario(scenario, folder / WORST)
+        command = f"rti-mpcc run {file}{options}"
         if not drives:  # it may end this process
-            return command, None
-        result = drive(Case(scenario=scenario, **case.run)).result
-        return command, overview_figure(ride_of_run(result))
+            return command, None, ""
+        run = Case(scenario=scenario, **case.run)
+        observer = Observer(driver_of(scenario, preset=run.preset, method=run.method))
+        driven = drive(run, observer)
+        ride, page = ride_of_run(driven.result, observer.moments), file.with_suffix(".html")
+        page.write_text(ride_page(ride, driven.figures), encoding="utf-8")
+        return command, overview_figure(ride), f"{WORST}/{page.name}"
     except Exception as error:  # whatever a case raised in the campaign it may raise here
-        return f"{type(error).__name__}: {error}", None
+        return f"{type(error).__name__}: {error}", None, ""
 
 
 def readable_figures(figures: Mapping[str, Any]) -> dict[str, str]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from html.parser import HTMLParser
+from pathlib import Path
 
 
 class Wellformed(HTMLParser):
@@ -17,7 +20,7 @@ class Wellformed(HTMLParser):
         self.tables: list[tuple[str, list[list[str]]]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "img"):
+        if tag not in ("meta", "img", "input"):
             self.open.append(tag)
         if tag == "table":
             self.tables.append((" ".join("".join(self.text[self._caption :]).split()), []))
@@ -49,3 +52,16 @@ def parsed(page: str) -> Wellformed:
     parser.close()
     assert parser.open == []
     return parser
+
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
+
+
+def browsed(page: Path, folder: Path, cycle: str = "") -> str:
+    """The page as a browser has it in the end, without an error on its console."""
+    assert BROWSER is not None
+    flags = "--headless --no-sandbox --disable-gpu --disable-dev-shm-usage --enable-logging=stderr --dump-dom"
+    command = [BROWSER, *flags.split(), f"--user-data-dir={folder / 'profile'}", f"{page.as_uri()}{cycle}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert "CONSOLE" not in done.stderr
+    return done.stdout

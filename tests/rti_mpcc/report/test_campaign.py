@@ -11,7 +11,7 @@ import pytest
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.campaign import overall, read_table, worst_cases, write_report
-from tests.rti_mpcc.report.pages import parsed
+from tests.rti_mpcc.report.pages import BROWSER, browsed, parsed
 from tests.rti_mpcc.simulation.drives import ShortCase
 
 COMFORT = {"acceleration": 0.5, "lateral_acceleration": 1.0, "steering_rate": 0.5, "jerk": 1.0}
@@ -123,9 +123,38 @@ def test_page_and_numbers_and_the_worst_as_files(tmp_path: Path) -> None:
     assert numbers["worst"][1]["command"] == f"rti-mpcc run {file} --seed 1"
     assert file.exists()
     page = parsed((tmp_path / "report.html").read_text())
-    pictures = [address for address in page.fetched if not address.startswith("#")]
-    assert len(pictures) == 1  # what ended its worker is not driven here
-    assert pictures[0].startswith("data:image/png")
+    own, picture = sorted({address for address in page.fetched if not address.startswith("#")})[::-1]
+    assert picture.startswith("data:image/png")  # one: what ended its worker is not driven here
+    assert own == "worst/short_1.html"
+    assert "<canvas" in (tmp_path / own).read_text()
+    known = ["0", "docked", "20.00", "1.00", "0.100", "1.00", "1.00"]
+    assert page.rows_below("One row a case")[1:] == [
+        known,
+        ["1", "stalled", "–", "–", "0.100", "1.00", "1.00"],
+        ["2", "worker died", *"–––––"],
+    ]
     assert ["docked, and the controller says so", "33.33 %"] in page.rows_below("The campaign as a whole")
     assert len(table) == len(page.rows_below("The campaign as a whole")) - 1
     assert np.isfinite(numbers["success_interval"]).all()
+
+
+SORTED = """<script>
+cases.tHead.rows[0].cells[2].click();
+cases.tHead.rows[0].cells[2].click();
+const input = document.getElementById("filter");
+input.value = "docked";
+input.dispatchEvent(new Event("input"));
+const left = [...body.rows].filter((row) => !row.hidden);
+document.body.dataset.order = left.map((row) => row.cells[0].textContent).join(" ");
+</script></body>"""
+"""Two clicks on the time to dock, the longest first; then the filter."""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+def test_a_browser_sorts_and_filters_the_cases(tmp_path: Path) -> None:
+    rows = [row(0, time=9.0), row(1, "stalled"), row(2, time=30.0), died(3), row(4, time=20.0)]
+    write_report(written(tmp_path, *rows), {}, [ShortCase(index=k) for k in range(5)], worst=0)
+    file = tmp_path / "report.html"
+    file.write_text(file.read_text().replace("</body>", SORTED))
+    shown = browsed(file, tmp_path)
+    assert 'data-order="2 4 0"' in shown

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +15,8 @@ from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.ride_page import ride_page
 from rti_mpcc.simulation import RunResult, changed, load_scenario, summary
 from tests.rti_mpcc.report.conftest import driven
+from tests.rti_mpcc.report.pages import BROWSER, browsed
 
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 AFTER = """
 <script>
 slider.value = 25;
@@ -88,16 +86,12 @@ def test_cycles_without_a_position_are_gaps(detected: tuple[RunResult, Ride]) ->
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
 def test_a_browser_shows_the_cycle_of_the_slider(page: str, ride: Ride, tmp_path: Path) -> None:
-    assert BROWSER is not None
     file = tmp_path / "page.html"
     file.write_text(page.replace("</body>", f"{AFTER}</body>"))
-    flags = "--headless --no-sandbox --disable-gpu --disable-dev-shm-usage --enable-logging=stderr --dump-dom"
-    command = [BROWSER, *flags.split(), f"--user-data-dir={tmp_path / 'profile'}", f"{file.as_uri()}#cycle=7"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert "CONSOLE" not in done.stderr
-    (shown,) = re.findall(r'data-cycle="(\d+)" data-pose="([^"]*)"', done.stdout)
+    dom = browsed(file, tmp_path, "#cycle=7")
+    (shown,) = re.findall(r'data-cycle="(\d+)" data-pose="([^"]*)"', dom)
     assert shown[0] == "25"
     origin = data_of(page)["origin"]
     x, y, phi = map(float, shown[1].split())
     assert (x + origin[0], y + origin[1], phi) == pytest.approx(ride.moments[25].pose.tolist(), abs=6e-4)
-    assert f"cycle 26 of {len(ride.moments)}" in done.stdout
+    assert f"cycle 26 of {len(ride.moments)}" in dom
