@@ -152,19 +152,14 @@ class Dock(DrivingStep):
     def start(self, at: StepStart) -> Started:
         """Drive to the dock; without a route, on to the goal of the controller's path."""
         mission_state, s, config, area = at
-        own = (
-            self.pose is None and mission_state.own_goal == s.goal.planned
-        )  # that of its path, or given on the way
+        # That of its path, or given on the way.
+        own = self.pose is None and mission_state.own_goal == s.goal.planned
         if own or area is None:
             goal = s.goal_pose or (None if s.on_planned_route else s.path.end)
             order = Resume() if s.task.phase is Phase.WAITING else None
             return Started(mission_state.at(None), order, goal, goal)
-        goal = (
-            self.pose
-            or mission_state.unused_goal
-            or mission_state.own_goal
-            or (None if s.route is None else s.route.end)
-        )
+        known = self.pose or mission_state.unused_goal or mission_state.own_goal
+        goal = known or (None if s.route is None else s.route.end)
         if goal is None:
             return Started(mission_state, Stand(), problem="no goal was given")
         mission_state = mission_state.at(
@@ -204,9 +199,8 @@ class Dock(DrivingStep):
         dock_state = mission_state.dock_state
         if dock_state is None:
             return Next(mission_state)
-        return Next(
-            replace(mission_state, dock_state=replace(dock_state, reached=True, incoming_direction=direction))
-        )
+        there = replace(dock_state, reached=True, incoming_direction=direction)
+        return Next(replace(mission_state, dock_state=there))
 
     def before_retry(
         self, pending: PendingStep, mission_state: MissionState, back_off: float

@@ -166,16 +166,12 @@ class DockingMission:
 
     def _end(self, command: Command, over: bool) -> None:
         """Judge the step, and advance the mission."""
-        mission_state, s, settled = (
-            self.mission_state,
-            self.controller.state,
-            self.controller.config.mission.settled,
-        )
-        step, now = mission_state.step, s.clock.now
+        mission_state, s, settings = self.mission_state, self.controller.state, self.controller.config.mission
+        step = mission_state.step
         if mission_state.started is None or step is None:
             return
-        cycle = MissionCycle(command, over, now, settled)
-        self._advance(step.judged(step.observed(mission_state, s), cycle), now)
+        cycle = MissionCycle(command, over, s.clock.now, settings.settled)
+        self._advance(step.judged(step.observed(mission_state, s), cycle), s.clock.now)
 
     def _advance(self, outcome: StepOutcome, now: float) -> None:
         direction = self.controller.state.task.segment.part.direction

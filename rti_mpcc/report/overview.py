@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from geometry import Pose2
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import draw
 from rti_mpcc.report.ride import Ride
@@ -14,6 +17,8 @@ _WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
 """Bounds on the size of the axes [inch]."""
 _BESIDE, _ABOVE = 3.2, 1.1
 """Room for labels, legend and title [inch]."""
+_ARROWS = 6
+"""Arrows of the direction of motion, evenly along what was driven."""
 
 
 def overview_figure(ride: Ride) -> Figure:
@@ -39,6 +44,7 @@ def overview_figure(ride: Ride) -> Figure:
     poses = motion.poses[np.unique([*rows, len(motion.times) - 1])]
     draw.bodies(axes, poses, vehicle, draw.BLUE, "body each second", linewidths=0.6)
     axes.plot(*motion.poses[:, :2].T, color=draw.BLUE, linewidth=1.5, label="rear axle, driven")
+    _draw_motion(axes, ride)
     draw.bodies(axes, poses[-1], vehicle, draw.BLUE, "body at the end", facecolors=draw.SKY, alpha=0.6)
     _draw_goals(axes, ride)
     _draw_steps(axes, ride)
@@ -61,6 +67,27 @@ def overview_figure(ride: Ride) -> Figure:
     axes.set_title(f"{ride.title}: {ride.end:.1f} s in all")
     figure.legend(*draw.entries_once([axes]), loc="outside right upper", frameon=False, markerscale=1.5)
     return figure
+
+
+def _draw_motion(axes: Axes, ride: Ride) -> None:
+    """The body at the start with its heading, and the direction of motion along what was driven."""
+    motion, vehicle = ride.motion, ride.config.vehicle
+    start = motion.poses[0]
+    if np.isfinite(start).all():
+        draw.bodies(axes, start, vehicle, draw.BLACK, "body at the start, heading", linewidths=1.0)
+        draw.heading(axes, Pose2(*start.tolist()), vehicle, draw.BLACK)
+    steps = np.abs(np.nan_to_num(motion.v[:-1])) * np.diff(motion.times)
+    driven = np.append(0.0, np.cumsum(steps))
+    if driven[-1] < vehicle.front:  # it has hardly moved
+        return
+    rows = np.searchsorted(driven, driven[-1] * (np.arange(_ARROWS) + 0.5) / _ARROWS)
+    x, y, phi = motion.poses[rows].T
+    sign = np.sign(motion.v[rows])
+    look: dict[str, Any] = {"angles": "xy", "pivot": "mid", "width": 0.004, "scale": 40.0, "zorder": 4}
+    look |= {"headwidth": 5.0, "headlength": 6.0, "headaxislength": 6.0}
+    axes.quiver(
+        x, y, sign * np.cos(phi), sign * np.sin(phi), color=draw.BLUE, label="direction of motion", **look
+    )
 
 
 def show_ride(axes: Axes, ride: Ride) -> None:

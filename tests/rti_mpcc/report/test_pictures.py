@@ -108,7 +108,14 @@ def test_each_goal_is_drawn_at_its_place(detected: tuple[RunResult, Ride]) -> No
 
 def test_overview_in_an_area_shows_static_and_other_obstacles_and_routes(hall: Ride) -> None:
     figure = overview_figure(hall)
-    bodies = {"body each second", "rear axle, driven", "body at the end", "goal"}
+    bodies = {
+        "body each second",
+        "rear axle, driven",
+        "body at the start, heading",
+        "body at the end",
+        "goal",
+    }
+    bodies |= {"direction of motion"} if abs(hall.motion.v).max() > 1.0 else set()
     assert set(labels(figure)) == bodies | {"static obstacle", "obstacle", "route"}
     (outline,) = drawn(figure, "obstacle").get_paths()
     assert np.asarray(outline.vertices)[:4] == pytest.approx(WALL)
