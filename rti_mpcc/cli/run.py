@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import tomllib
 from contextlib import ExitStack
 from pathlib import Path
 from typing import get_args
@@ -46,7 +47,7 @@ def add_run(commands: Commands) -> None:
         "trajectory.csv, overview.png and timeline.png, on request also page.html, which shows each cycle.",
         # SCENARIO first: after --animate it would be taken for its file.
         usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N] [--ride RIDE]\n"
-        "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
+        "                    [--docking-time SECONDS] [--set KEY=VALUE] [--out DIR] [--goal-source SOURCE]\n"
         "                    [--no-plots] [--page] [--mcap FILE] [--animate [FILE]]\n"
         "                    [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
@@ -57,6 +58,10 @@ def add_run(commands: Commands) -> None:
     parser.add_argument("--ride", choices=get_args(config.Ride), help=rides)
     scaled = "duration of the docking, for which the comfort values are scaled"
     parser.add_argument("--docking-time", type=float, metavar="SECONDS", help=scaled)
+    parser.add_argument(
+        "--set", type=_key, action="append", default=[], metavar="KEY=VALUE",
+        help="key of [controller] with a TOML value, such as weights.contouring=5; may be repeated",
+    )  # fmt: skip
     add_folder(parser, "runs/<name>")
     sources = [source.value for source in GoalSource]
     known = "filtered detections, the newest detection as it is, or the truth; default: detected"
@@ -71,11 +76,24 @@ def add_run(commands: Commands) -> None:
     parser.set_defaults(command=_run)
 
 
+def _key(text: str) -> tuple[str, object]:
+    """A key and its value, from KEY=VALUE."""
+    key, _, value = text.partition("=")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} must be KEY=VALUE, such as weights.contouring=5"
+        ) from None
+
+
 def _run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     for option in ("ride", "docking_time"):
         if (value := getattr(arguments, option)) is not None:
             scenario = changed(scenario, {f"controller.{option}": value})
+    if arguments.set:
+        scenario = changed(scenario, {f"controller.{key}": value for key, value in arguments.set})
     # simulate() would refuse this, too, but after the folder was made.
     scenario.controller_config(arguments.preset, method=arguments.method)
     detector = scenario.goal.measurement is not None

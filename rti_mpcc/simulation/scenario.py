@@ -152,9 +152,11 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        changes |= section.model_dump(exclude={*names, "docking_time"}, exclude_none=True)
+        changes |= section.model_dump(exclude={*names, "docking_time", "weights"}, exclude_none=True)
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
         config = with_method(make.get(preset, ControllerConfig)(**changes), method)
+        if section.weights is not None:
+            config = config.changed(weights=section.weights.model_dump(exclude_unset=True))
         if section.docking_time is None:
             return config
         path = self.build_path()

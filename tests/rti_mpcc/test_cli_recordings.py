@@ -232,3 +232,17 @@ def test_what_cannot_be_shown_is_refused(
         assert message in refused(capsys, "show", *arguments.split())
     assert "pip install '.[mcap]'" in refused(capsys, "run", "short.toml", "--mcap", "x.mcap", "--out", "new")
     assert not Path("new").exists()
+
+
+def test_keys_of_the_controller_are_set(capsys: pytest.CaptureFixture[str]) -> None:
+    keys = ["--set", "weights.contouring=5", "--set", "comfort_jerk = 0.8", "--set", "ride='brisk'"]
+    assert run("short.toml", "--record", "set.jsonl", *keys) == 1
+    config = read_recording("set.jsonl").header.config
+    assert (config.weights.contouring, config.comfort.jerk, config.ride) == (5.0, 0.8, "brisk")
+    capsys.readouterr()
+    for given, message in (
+        ("weights.contouring", "'weights.contouring' must be KEY=VALUE, such as weights.contouring=5"),
+        ("ride=brisk", "'ride=brisk' must be KEY=VALUE"),
+        ("comfort=1", "controller.comfort = 1: unknown key"),
+    ):
+        assert message in refused(capsys, "run", "short.toml", "--set", given)

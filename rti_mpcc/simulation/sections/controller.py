@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rti_mpcc.config import EXIT, Ride
+from rti_mpcc.config import EXIT, Ride, Weights
 from rti_mpcc.config.vehicle import Delay
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
@@ -23,7 +23,7 @@ _Noise = Annotated[
 
 
 class ControllerSection(Section):
-    """What the controller assumes or is asked for; None is the preset's own value."""
+    """What the controller assumes or is asked for; None, and a weight that is not given, is the preset's."""
 
     dead_time: Delay | None = None
     drive_lag: Delay | None = None
@@ -37,6 +37,7 @@ class ControllerSection(Section):
     docking_time: Positive | None = None
     recovery: bool | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
+    weights: Weights | None = None
 
 
 class SimulationSection(Section):

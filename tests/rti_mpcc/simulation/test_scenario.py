@@ -230,3 +230,20 @@ def test_files_lie_beside_the_scenario_and_are_found_from_elsewhere(
             assert one.build_path().length == pytest.approx(10.0)
         else:
             assert np.max(np.array(one.build_area().boundary), axis=0) == pytest.approx([30.0, 6.0])
+
+
+def test_weights_of_the_controller_are_those_of_the_preset_but_for_what_a_file_gives(tmp_path: Path) -> None:
+    tables = straight_tables() | {"controller": {"weights": {"contouring": 5.0, "goal": [1.0, 2.0, 3.0]}}}
+    scenario = scenario_from_dict(tables)
+    assert load_scenario(save_scenario(scenario, tmp_path)) == scenario
+    for preset in ("default", "paper"):
+        usual = scenario_from_dict(straight_tables()).controller_config(preset).weights
+        given = scenario.controller_config(preset).weights
+        changed_ones = usual.model_dump() | {"contouring": 5.0, "goal": (1.0, 2.0, 3.0)}
+        assert given.model_dump() == changed_ones
+    for key, value, said in (
+        ("lag", -1.0, r"controller.weights.lag = -1.0: must be >= 0"),
+        ("contorin", 1.0, r"did you mean 'contouring'\?"),
+    ):
+        with pytest.raises(ScenarioError, match=said):
+            scenario_from_dict(straight_tables() | {"controller": {"weights": {key: value}}})
