@@ -16,6 +16,7 @@ from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
+from rti_mpcc.cli import main
 from rti_mpcc.mission.step import STEPS
 from rti_mpcc.simulation.sections.mission import StepSection, table_of
 
@@ -170,3 +171,35 @@ def test_attributes_of_classes_exist() -> None:
         for name, attribute in re.findall(r"`([A-Z]\w+)\.(\w+)", page.read_text(encoding="utf-8")):
             fields = [{*dir(each), *getattr(each, "model_fields", ())} for each in known.get(name, ())]
             assert any(attribute in each for each in fields), f"{page.name}: {name}.{attribute}"
+
+
+LEFT_BEHIND = re.compile(
+    r"\b(begun|begins? anew|the begin|told|gone on with|mended|made for|in vain|so many|so long"
+    r"|moving picture|comes out so|another way|the way that|who stands|what stands|what fills)\b",
+    flags=re.IGNORECASE,
+)
+"""Words that have a better one: one word for one thing, the field's."""
+
+
+@pytest.mark.parametrize("page", DOCUMENTS, ids=name)
+def test_pages_use_the_words_of_the_field(page: Path) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert LEFT_BEHIND.findall(text) == []
+
+
+def test_the_help_of_each_command_does_too(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in (
+        "",
+        "scenarios",
+        "run",
+        "plan",
+        "docks",
+        "compare",
+        "campaign",
+        "replay",
+        "show",
+        "identify",
+        "warm",
+    ):
+        main([*command.split(), "--help"])
+        assert LEFT_BEHIND.findall(capsys.readouterr().out) == [], command
