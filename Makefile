@@ -6,6 +6,7 @@ WORKERS ?= 2
 PY := $(VENV)/bin/python
 RUNTIME := $(VENV)/.runtime-installed
 TEST := $(VENV)/.test-installed
+DOCS := $(VENV)/.docs-installed
 PIP := $(PY) -m pip --disable-pip-version-check install --quiet
 TYPED := $(wildcard geometry estimation rti_mpcc examples benchmarks tests)
 
@@ -17,11 +18,12 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo acceptance same reproduce figures soak bench clean
+.PHONY: help test lint types unit demo docs acceptance same reproduce figures soak bench clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
+	@echo "make docs        build the site of docs/, with search and a reference, in runs/site; a warning is an error"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
 	@echo "make same        drive 330 runs here and at the commit before (or BASE=COMMIT), and report whether"
 	@echo "                 each command and plan is the same to the bit"
@@ -48,6 +50,10 @@ unit: $(TEST)
 
 demo: $(RUNTIME)
 	$(VENV)/bin/rti-mpcc run docking_behind
+
+docs: $(DOCS)
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	@echo "site: runs/site/index.html"
 
 # tests/acceptance is named so that its conftest is loaded in the process that collects the workers' figures;
 # the other folders have longer forms of their own tests, marked one by one.
@@ -100,4 +106,8 @@ $(RUNTIME): pyproject.toml | $(PY)
 # The test environment holds the runtime one, so the demo need not install again.
 $(TEST): pyproject.toml | $(PY)
 	$(PIP) -e '.[test]'
+	@touch $(RUNTIME) $@
+
+$(DOCS): pyproject.toml | $(PY)
+	$(PIP) -e '.[docs]'
 	@touch $(RUNTIME) $@

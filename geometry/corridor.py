@@ -89,7 +89,8 @@ class Corridor(Validated, error=CorridorError):
 
         Args:
             path: the route.
-            left, right: offsets, left > 0 > right [m].
+            left: offset, > 0 [m].
+            right: offset, < 0 [m].
             narrowings: where they differ.
             obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) to keep out of [m].
 

@@ -242,7 +242,9 @@ class RtiMpcc:
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
-            ends, patience: see `QpSolver.solve`; iterate: how far this QP was when it was stopped before.
+            ends: see `QpSolver.solve`.
+            patience: see there.
+            iterate: how far this QP was when it was stopped before.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)

@@ -67,13 +67,17 @@ class DockingController:
     first cycle.
 
     Args:
-        path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
+        path: the route.
+        corridor: its boundaries and obstacles.
+        config: settings, all with defaults.
         segments: of the manoeuvre along it; None: `segments_of` the path, which is repaired first where it
             bends too sharply or leads the body into something (`repaired_path`), if `config` has a recovery.
 
     Attributes:
-        config, segments: as given.
-        path_changes: repairs of the given path; state: that a cycle leaves to the next.
+        config: as given.
+        segments: as given.
+        path_changes: repairs of the given path.
+        state: that a cycle leaves to the next.
 
     Raises:
         CorridorError: the corridor is narrower than the body.

@@ -55,8 +55,9 @@ def plan_manoeuvre(
     ends in the goal, on the end of which the vehicle stands.
 
     Args:
-        start, goal: poses of the rear axle; area: without a boundary it reaches 15 m beyond all that is
-            given.
+        start: pose of the rear axle.
+        goal: pose of the rear axle.
+        area: without a boundary it reaches 15 m beyond all that is given.
         config: of the vehicle, its limits, and `ControllerConfig.route`.
     """
     for hint in (degrees_hint("start.phi", start.phi), degrees_hint("goal.phi", goal.phi)):
