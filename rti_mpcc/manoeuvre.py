@@ -38,8 +38,10 @@ class Segment(Validated):
     """A piece of a manoeuvre in one direction. Equal to itself only: driven twice, it starts twice.
 
     Attributes:
-        part: the geometry; index: of the route's part whose boundaries count.
-        end: see `SegmentEnd`; tolerance: there (longitudinal [m], lateral [m], heading [rad]).
+        part: the geometry.
+        index: of the route's part whose boundaries count.
+        end: see `SegmentEnd`.
+        tolerance: there (longitudinal [m], lateral [m], heading [rad]).
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
         wheels: angle to which the wheels are turned at rest before its start [rad]; None: as they are.
         margin: clearance of the planned route [m]: if it is less than `Clearance.wanted`, no more is kept, as
@@ -119,11 +121,13 @@ class Manoeuvre:
 
     Attributes:
         start, goal: poses that were asked for.
-        outcome: see `PlanOutcome`; reason: why there is none, in words; "" where it was found.
+        outcome: see `PlanOutcome`.
+        reason: why there is none, in words; "" where it was found.
         segments: in the order in which they are driven, each in one direction; none where nothing was found.
         clearance: least of the body to all that stands, along the way [m]; NaN where nothing was found.
         nearest: how near to the goal the search came, 0 where it was found [m].
-        nodes: poses that the search expanded; seconds: that it took.
+        nodes: number of poses that the search expanded.
+        seconds: time that it took [s].
     """
 
     start: Pose2

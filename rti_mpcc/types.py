@@ -282,7 +282,8 @@ class Diagnostics:
         iteration_limit: one of them was not solved within the allowed iterations.
         retried: the plan was searched again from a clean start.
         slack: largest corridor slack of the plan [m].
-        cause: why the cycle did what it did; reason: the same as a sentence, with all remarks.
+        cause: why the cycle did what it did.
+        reason: the same as a sentence, with all remarks.
         target: the pose that the active part is to end in, world frame.
         goal: what detections say about the goal; None if there never was one.
         detections: judgements on those of this cycle.
@@ -324,8 +325,10 @@ class MissionReport:
     """The state of a mission.
 
     Attributes:
-        step: place of the current step, or of the last one; kind: of it, as in scenario files.
-        attempt: number of earlier attempts of that step; result: of that step alone.
+        step: place of the current step, or of the last one.
+        kind: of that step, as in scenario files.
+        attempt: number of earlier attempts of that step.
+        result: of that step alone.
         mission_result: of the whole mission; RUNNING until no step is left. The vehicle may still brake then,
             see `DockingMission.over`.
         reason: why the step failed, or is tried again, or "".

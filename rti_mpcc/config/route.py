@@ -15,15 +15,18 @@ class RoutePlanner(Settings):
     Attributes:
         steering_slope: change of the steering along the route, at most [rad/m].
         reserve: kept on top of `Clearance.least` in the search and by smooth routes [m].
-        final_straight: length of the straight last piece of a route into the goal [m]; final_direction: +1:
-            it is driven forward, -1: in reverse, 0: either way.
-        reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
-            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at
-            `Clearance.least`, on top of its own, falling to 0 at what is kept where there is room.
+        final_straight: length of the straight last piece of a route into the goal [m].
+        final_direction: +1: it is driven forward, -1: in reverse, 0: either way.
+        reverse_cost: of a metre in reverse, in metres forward.
+        cusp_cost: of a change of direction [m].
+        steering_cost: of a change of the steering [m/rad].
+        closeness_cost: of a metre at `Clearance.least`, on top of its own, falling to 0 at what is kept where
+            there is room.
         searches: one after the other until there is a route, each with the factor by which its lattice is
             finer near the ends, and the weight of its estimate of the cost to the goal.
         farthest: distance of a goal, at most: one that is farther away is refused [m].
-        nodes: poses expanded, at most; seconds: time of a search, at most [s].
+        nodes: poses expanded, at most.
+        seconds: time of a search, at most [s].
     """
 
     former: ClassVar = {

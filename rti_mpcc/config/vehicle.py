@@ -108,7 +108,10 @@ class Limits(Settings):
     """Symmetric limits of the vehicle.
 
     Attributes:
-        speed: [m/s]; acceleration: [m/s²]; steering: [rad], below pi/2; steering_rate: [rad/s].
+        speed: [m/s].
+        acceleration: [m/s²].
+        steering: [rad], below pi/2.
+        steering_rate: [rad/s].
     """
 
     speed: Annotated[float, Field(gt=0.0, le=100.0)] = 10.0
@@ -129,7 +132,8 @@ class ActuatorModel(Settings):
 
     Attributes:
         dead_time: time from a command to the begin of its effect, on both actuators [s].
-        drive_lag: time constant of the drive [s]; steering_lag: of the steering [s].
+        drive_lag: time constant of the drive [s].
+        steering_lag: time constant of the steering [s].
         steering_dead_time: dead time of the steering [s], where it differs from that of the drive.
     """
 
