@@ -122,7 +122,15 @@ class SolverSettings(Settings):
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
 
 
-class CostTerm(Settings):
+class KindOfSettings(Settings):
+    """Settings of one kind among others: files have the name of the class beside its fields."""
+
+    @model_serializer(mode="wrap")
+    def _with_kind(self, write: Any) -> dict[str, Any]:
+        return {"kind": type(self).__name__, **write(self)}
+
+
+class CostTerm(KindOfSettings):
     """A term of the cost that a user adds, `ControllerConfig.objective.terms`: w e² at each stage.
 
     Its fields are settings; recordings find the class by its name. The time of arrival that the QP finds,
@@ -139,10 +147,6 @@ class CostTerm(Settings):
         """The `Residual` (`rti_mpcc.ocp.stage_cost`) about a plan, `rti_mpcc.ocp.objectives.Linearised`."""
         raise NotImplementedError
 
-    @model_serializer(mode="wrap")
-    def _with_kind(self, write: Any) -> dict[str, Any]:
-        return {"kind": type(self).__name__, **write(self)}
-
 
 def _term(value: Any) -> Any:
     """The term that was written into a file, by the name of its class."""
@@ -154,7 +158,7 @@ def _term(value: Any) -> Any:
     return kind(**{name: each for name, each in value.items() if name != "kind"})
 
 
-class DockingObjective(Settings):
+class DockingObjective(KindOfSettings):
     """How a vehicle comes along its path into the goal: it contours, then drives one planned arrival at rest.
 
     Other methods derive from this class and plug themselves in (`rti_mpcc.paper`). Settings know neither
@@ -177,10 +181,6 @@ class DockingObjective(Settings):
     def on_horizon(self, objective: T) -> T:
         """What a QP asks for in place of this `HorizonObjective`."""
         return objective
-
-    @model_serializer(mode="wrap")
-    def _with_kind(self, write: Any) -> dict[str, Any]:
-        return {"kind": type(self).__name__, **write(self)}
 
 
 class GoalTracking(Settings):

@@ -180,7 +180,7 @@ def build_pattern(stages: int, pieces: int, sides: int, *, free_end: bool = Fals
         (slack_rows, slack_columns, 1.0),
         (time_row, time_column, 1.0),
     )
-    pattern = QpPattern(
+    return QpPattern._locked(
         state_columns, control_columns, slack_columns, time_column,
         dynamics_rows, bound_rows, corridor_rows, slack_rows, time_row,
         column_units, row_units[bound_rows[:, 0]],
@@ -188,9 +188,6 @@ def build_pattern(stages: int, pieces: int, sides: int, *, free_end: bool = Fals
         poses, driven, bounds, half_planes, stretches, bounds_by_time,
         *cost, *constraints,
     )  # fmt: skip
-    for each in pattern:
-        each.setflags(write=False)
-    return pattern
 
 
 def _slots(

@@ -33,9 +33,8 @@ WORLD, VEHICLE = "world", "rear_axle"
 PLAN_STEP = 7
 """So many stages of a plan are one pose of /plan."""
 MOST_TIME = 2**63 - 1
-RED, GREEN, BLUE, ORANGE, GREY = (
+RED, BLUE, ORANGE, GREY = (
     (0.84, 0.37, 0.0),
-    (0.0, 0.62, 0.45),
     (0.0, 0.45, 0.7),
     (0.9, 0.62, 0.0),
     (0.55, 0.55, 0.55),
@@ -176,20 +175,25 @@ class McapLog:
             cloud.frame_id, cloud.point_stride, cloud.pose.orientation.w = WORLD, 12, 1.0
             for place, name in enumerate("xyz"):
                 cloud.fields.add(name=name, offset=4 * place, type=self._types.Field.FLOAT32)
-            self._body = body_polygons(np.zeros((1, 3)), config.vehicle)[0].tolist()
         corners = [
-            (x + c * along - s * across, y + s * along + c * across, 0.0) for along, across in self._body
+            (x + c * along - s * across, y + s * along + c * across, 0.0)
+            for along, across in self._body_of(config)
         ]
         cloud.data = struct.pack(f"<{3 * len(corners)}f", *chain.from_iterable(corners))
         return cloud
+
+    def _body_of(self, config: ControllerConfig) -> list[list[float]]:
+        """Corners of the body in its own frame [m], made once."""
+        if not self._body:
+            self._body = body_polygons(np.zeros((1, 3)), config.vehicle)[0].tolist()
+        return self._body
 
     def _scene(self, moment: Moment, config: ControllerConfig, stamp: int) -> None:
         """The body in each cycle; surroundings, route and obstacles where they have changed."""
         scene = self._types.SceneUpdate()
         if not self._shown.get("body"):
             self._shown["body"] = True
-            corners = body_polygons(np.zeros((1, 3)), config.vehicle)[0]
-            _add_lines(scene, "body", _closed([corners]), BLUE, stamp, VEHICLE)
+            _add_lines(scene, "body", _closed([np.array(self._body_of(config))]), BLUE, stamp, VEHICLE)
         corridor, route = moment.corridor, moment.route
         area = None if corridor is None else corridor.area
         walls = () if corridor is None or area is not None else corridor.walls

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.model.footprint import clearances
 from rti_mpcc.report.ride import Ride
+from rti_mpcc.report.strips import clearance
 from rti_mpcc.simulation.metrics import computing, energy, errors_to, named, peaks, rms
 from rti_mpcc.simulation.result import Truth, cycle_table
 from rti_mpcc.simulation.ride import hard_braking, peak_jerk, turning_points
+from rti_mpcc.types import Array
 
 
 def recorded_summary(ride: Ride) -> dict[str, Any]:
@@ -44,7 +45,7 @@ def recorded_summary(ride: Ride) -> dict[str, Any]:
         "docked": commands[-1].docked,
         "time_to_dock_s": None if to_dock is None else to_dock - float(times[0]),
         "final_error": error,
-        "min_clearance_m": _least_clearance(ride),
+        "min_clearance_m": _least(clearance(ride).values),
         "direction_changes": len(turning_points(motion.times, motion.v)) if moves else 0,
         "max_steering_rad": float(np.abs(motion.delta).max(initial=0.0)),
         "rms": rms(motion, to_dock) if moves else None,
@@ -70,12 +71,7 @@ def _measured(motion: Truth) -> tuple[Truth, np.ndarray[Any, np.dtype[np.bool_]]
     return replace(motion, **{each.name: getattr(motion, each.name)[kept] for each in fields(motion)}), kept
 
 
-def _least_clearance(ride: Ride) -> float | None:
-    """Least signed distance of the measured body to what the controller knew [m]; None: nothing was known."""
-    least = np.inf
-    for moment in ride.moments:
-        if moment.corridor is not None and np.isfinite(moment.pose).all():
-            part = moment.command.diagnostics.part
-            apart = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle)
-            least = min(least, float(apart.min()))
-    return float(least) if np.isfinite(least) else None
+def _least(values: Array) -> float | None:
+    """The least of the values that are finite; None: none is."""
+    finite = values[np.isfinite(values)]
+    return float(finite.min()) if len(finite) else None

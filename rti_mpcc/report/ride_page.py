@@ -14,14 +14,14 @@ import numpy as np
 import shapely
 
 from geometry import Area, Pose2, ReferencePath
-from rti_mpcc.model.footprint import body_of, body_polygons, clearances
+from rti_mpcc.model.footprint import PIECES, body_of, body_polygons
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw
 from rti_mpcc.report.page import rendered
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.strips import Strip, commanded_jerk, motion_strips
-from rti_mpcc.types import Array, GoalOrigin
+from rti_mpcc.report.strips import clearance, commanded_jerk, computing_time, motion_strips
+from rti_mpcc.types import Array
 
 SIMPLER, PLAN_SIMPLER = 0.01, 0.04
 """Lines of the surroundings, and plans, are shown with corners left out within this [m]."""
@@ -84,7 +84,6 @@ def _data(ride: Ride) -> dict[str, Any]:
                 else routes.place(id(moment.route), _route(moment.route, origin)),
                 "target": goals.place(told.target, _pose(told.target, origin)),
                 "setpoint": None if setpoint is None else goals.place(setpoint, _pose(setpoint, origin)),
-                "detected": command.goal is not None and command.goal.source is GoalOrigin.DETECTED,
                 "goal": None
                 if moment.goal is None
                 else goals.place(
@@ -135,28 +134,11 @@ def _data(ride: Ride) -> dict[str, Any]:
 def _strips(ride: Ride, times: Sequence[float]) -> list[dict[str, Any]]:
     rows = ride.motion.rows_at(times)
     shown = [(each, each.values[rows]) for each in motion_strips(ride)]
-    jerk = commanded_jerk(ride)
-    for strip in (jerk, _clearance(ride), _computing(ride)):
-        shown.append((strip, strip.values))
+    shown += [(each, each.values) for each in (commanded_jerk(ride), clearance(ride), computing_time(ride))]
     return [
         {"label": strip.label, "values": _rounded(values, 3), "comfort": strip.comfort, "limit": strip.limit}
         for strip, values in shown
     ]
-
-
-def _clearance(ride: Ride) -> Strip:
-    """Signed distance of the body to what the controller knew of in each cycle."""
-    values = np.full(len(ride.moments), np.nan)
-    for k, moment in enumerate(ride.moments):
-        if moment.corridor is not None and np.isfinite(moment.pose).all():
-            part = moment.command.diagnostics.part
-            values[k] = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle).min()
-    return Strip(label="clearance [m]", values=values, limit=ride.config.clearance.least)
-
-
-def _computing(ride: Ride) -> Strip:
-    spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
-    return Strip(label="time a cycle [ms]", values=spent)
 
 
 def _plan(moment: Moment) -> list[int]:
@@ -173,7 +155,7 @@ def _half_planes(moment: Moment, ride: Ride) -> list[list[int]]:
     """The nearest half-planes of the body's pieces, in its frame: a point of the edge [cm], 100 normals."""
     if moment.corridor is None or not np.isfinite(moment.pose).all():
         return []
-    body, part = body_of(ride.config.vehicle, 2), moment.command.diagnostics.part
+    body, part = body_of(ride.config.vehicle, PIECES), moment.command.diagnostics.part
     contacts = moment.corridor.contacts(part, body, np.array(moment.pose[None]), within=NEAR, outward=0.0)
     apart, normal = contacts.apart[0].ravel(), contacts.normal[0].ravel()
     edge = contacts.at[0].ravel() - normal * np.where(np.isfinite(apart), apart, 0.0)

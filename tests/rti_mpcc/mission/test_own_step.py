@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator
 from math import pi
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -19,22 +17,16 @@ from rti_mpcc.mission import Step
 from rti_mpcc.mission.step import STEPS
 from rti_mpcc.recording import Recorder, read_recording, replay
 from rti_mpcc.simulation import driver_of, load_scenario, save_scenario, scenario_from_dict, simulate
+from tests.rti_mpcc.own_code import shown_class
 from tests.rti_mpcc.simulation.conftest import area_tables
 from tests.rti_mpcc.yards import BRISK, YARD
-
-PAGE = Path(__file__).parents[3] / "docs" / "contributing.md"
 
 
 @pytest.fixture(scope="module")
 def turn_around() -> Iterator[type[Step]]:
     """The class that the page shows, as typed in a module of its own."""
-    module: Any = ModuleType("own_step")
-    sys.modules["own_step"] = module
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    (block,) = (each for each in blocks if "class TurnAround" in each)
-    exec(compile(block, str(PAGE), "exec"), vars(module))
-    yield module.TurnAround
-    del STEPS["turn_around"], sys.modules["own_step"]
+    with shown_class("TurnAround", STEPS, "turn_around") as step:
+        yield step
 
 
 def tables(**step: Any) -> dict[str, Any]:

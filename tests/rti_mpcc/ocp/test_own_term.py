@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,21 +17,16 @@ from rti_mpcc.ocp.objectives import CONTOURING, Linearised
 from rti_mpcc.ocp.stage_cost import QuadraticCost, add_residual
 from rti_mpcc.recording import Recorder, read_recording, replay
 from rti_mpcc.simulation import RunResult, load_scenario, simulate, summary
+from tests.rti_mpcc.own_code import shown_class
 
-PAGE = Path(__file__).parents[3] / "docs" / "contributing.md"
 SCENARIO = load_scenario("docking_inside")
 
 
 @pytest.fixture(scope="module")
 def kind() -> Iterator[Any]:
     """The class that the page shows, as typed in a module of its own."""
-    module: Any = ModuleType("own_term")
-    sys.modules["own_term"] = module
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    (block,) = (each for each in blocks if "class LateralJerk" in each)
-    exec(compile(block, str(PAGE), "exec"), vars(module))
-    yield module.LateralJerk
-    del CostTerm.KINDS["LateralJerk"], sys.modules["own_term"]
+    with shown_class("LateralJerk", CostTerm.KINDS, "LateralJerk") as shown:
+        yield shown
 
 
 def with_term(term: CostTerm) -> ControllerConfig:
