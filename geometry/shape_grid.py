@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array, Index
-from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.validation import to_rows
 
@@ -25,7 +25,6 @@ MOST_TIED = 8  # shapes as near as the nearest one that are told from one anothe
 _LONG = 8.0  # mean lengths of a shape that a cell is long
 
 
-@record
 class Body(NamedTuple):
     """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
 
@@ -69,7 +68,6 @@ class Body(NamedTuple):
         return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
 
 
-@record
 class ShapeGrid(NamedTuple):
     """Convex shapes, each of one of several owners.
 

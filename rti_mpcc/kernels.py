@@ -12,9 +12,6 @@ from contextlib import contextmanager, nullcontext
 from geometry import compiled, validation
 
 _log = logging.getLogger(__name__)
-
-
-_HELPS = "import sys; from geometry import compiled; compiled.help_build(sys.argv[1:])"
 _FEW = 8  # kernels that are compiled sooner than a second process has started
 
 
@@ -49,7 +46,8 @@ def make_ready(*, second_process: bool = False) -> int:
 @contextmanager
 def _helping() -> Iterator[None]:
     """With a process that compiles from the last kernel on; it is ended with the block."""
-    command = [sys.executable, "-c", _HELPS, *compiled.modules()]
+    helps = f"import {', '.join(compiled.modules())}; from geometry import compiled; "
+    command = [sys.executable, "-c", helps + "list(compiled.build(backwards=True))"]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as helper:
         try:
             yield

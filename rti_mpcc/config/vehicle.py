@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from geometry.compiled import record
 from geometry.errors import CorridorError
 from geometry.outline import checked_polygon
 from geometry.settings import NonNegative, Positive, Settings
@@ -15,11 +14,10 @@ from geometry.settings import NonNegative, Positive, Settings
 _log = logging.getLogger(__name__)
 
 
-@record
 class Comfort(NamedTuple):
     """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s], [m/s³].
 
-    The jerk is that of the acceleration along the vehicle.
+    The jerk is that of the acceleration along the vehicle. Kernels take it (geometry.compiled).
     """
 
     acceleration: float

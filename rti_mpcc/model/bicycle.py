@@ -18,12 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel, record
+from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
 
 
-@record
 class ModelStep(NamedTuple):
     """One step of n stages: the states reached (n, 6) and what their poses gain by what they began with.
 
@@ -87,7 +86,6 @@ def rollout(state: Array1, controls: Array2, lengths: Array1, wheelbase: float) 
     return states
 
 
-@record
 class Extremes(NamedTuple):
     """The largest values in a plan, wherever they are.
 

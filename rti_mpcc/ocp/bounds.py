@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out1, Out3, inner, kernel, record
+from geometry.compiled import Array1, Array2, Out1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA_DOT, A
@@ -41,7 +41,6 @@ TURNING_SHARE = 0.99
 than 1: what the solver is off by is not to add up."""
 
 
-@record
 class StageBounds(NamedTuple):
     """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3).
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel, record
+from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.side_clearance import between
@@ -45,7 +45,6 @@ MEASURED = DELTA + 1
 """Of a state all but its progress is measured: x, y, phi, v, delta."""
 
 
-@record
 class CorridorRows(NamedTuple):
     """Slopes (N, pieces, sides, 3) to x, y, phi of stages 1..N, lower bounds (N, pieces, sides) of (H2)."""
 

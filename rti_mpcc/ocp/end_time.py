@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out1, Out2, kernel, record
+from geometry.compiled import Array1, Array2, Out1, Out2, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import pose_rate
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
@@ -36,7 +36,6 @@ LARGEST_CHANGE = 0.1
 """Of T, in one iteration."""
 
 
-@record
 class EndTime(NamedTuple):
     """What the QP needs of dT: (T5).
 

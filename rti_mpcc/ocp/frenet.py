@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry import PathReference, Pose2
-from geometry.compiled import Array1, Array2, Out2, Out3, kernel, record
+from geometry.compiled import Array1, Array2, Out2, Out3, kernel
 from rti_mpcc.model.layout import PHI, POSE, STATES, THETA, X, Y
 from rti_mpcc.types import Array
 
@@ -84,7 +84,6 @@ def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
     return turned
 
 
-@record
 class FrenetErrors(NamedTuple):
     """Errors (n, 3), lag, contouring and heading, and their slopes (n, 3, 6) with respect to the state."""
 

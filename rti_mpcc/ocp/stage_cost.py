@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel, record
+from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
@@ -36,7 +36,6 @@ Terms = Callable[[Array, Array], None]
 """Adds terms of an objective's own to the Hessian and the gradient of the states."""
 
 
-@record
 class QuadraticCost(NamedTuple):
     """Hessian and gradient of the cost in the change of states and controls (there diagonal)."""
 

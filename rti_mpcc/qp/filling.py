@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Index2, Index3, Out1, inner, kernel, record
+from geometry.compiled import Array1, Array2, Array3, Index2, Index3, Out1, inner, kernel
 from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
@@ -45,7 +45,6 @@ ROW_SCALING_MOST = 1e4
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
 
-@record
 class QpValues(NamedTuple):
     """Numbers of one QP in scaled units; buffers that every cycle overwrites.
 

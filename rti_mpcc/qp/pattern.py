@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
-from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4, record
+from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4
 from geometry.shape_grid import locked
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
@@ -62,7 +62,6 @@ STRETCHED = np.array([X, Y, PHI, V, DELTA])
 """States that change with the length of their stage; the progress keeps to its stages (`ocp.end_time`)."""
 
 
-@record
 class QpPattern(NamedTuple):
     """Where everything stands in the QP; all arrays are read-only, kernels take it whole.
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel
 from geometry.shape_grid import POINT, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.route_planner.tree import pop, push
@@ -22,7 +22,6 @@ _SLICE = 4096  # places that are checked at a time
 _POPS = 16384  # cells that are taken from the heap at a time
 
 
-@record
 class CostToGo(NamedTuple):
     """Costs at the middles of square cells.
 

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, inner, record
+from geometry.compiled import IndexOut1, Out1, Out2, inner
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import Body, ShapeGrid, clearance_at
@@ -25,7 +25,6 @@ TARGETS: Final = 3
 _PROBES: Final = 7  # poses of a curve at which most that are blocked are found to be
 
 
-@record
 class Terms(NamedTuple):
     """Costs of a route, and the steps of the search.
 
@@ -60,7 +59,6 @@ class Terms(NamedTuple):
     tight: float
 
 
-@record
 class SearchWorkspace(NamedTuple):
     """A body, all that is solid around it, and buffers to compute in.
 

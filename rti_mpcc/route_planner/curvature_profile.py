@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array1, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel, record
+from geometry.compiled import Array1, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel
 from rti_mpcc.route_planner.arcs import find_cusps, length_of, pose_after
 
 MIDDLE_X: Final = 0
@@ -37,7 +37,6 @@ _SPREADS = 300
 """Number of times that the excess over the largest curvature is moved to both sides."""
 
 
-@record
 class Traced(NamedTuple):
     """Poses (n, 3) after each arc, `arcs` (n, ARC), and the knot (n,) before the middle of each."""
 
@@ -46,7 +45,6 @@ class Traced(NamedTuple):
     knot: IndexOut1
 
 
-@record
 class CurvatureProfile(NamedTuple):
     """Segments that follow one another.
 

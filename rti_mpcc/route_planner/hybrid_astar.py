@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.compiled import IndexOut1, Out1, Out2, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import pose_after
@@ -75,7 +75,6 @@ COST, NEAREST = 0, 1
 HERE, THERE, FROM, FOUND_AT = 0, 1, 2, 3
 
 
-@record
 class Connection(NamedTuple):
     """The best whole route found so far.
 

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel, record
+from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
@@ -34,7 +34,6 @@ _CURVES: Final = 2  # the cheapest ones, that are checked between two places
 _CHEAPER: Final = 1e-6  # by less no curve is [m]
 
 
-@record
 class _Places(NamedTuple):
     """Places along a route, and the cheapest routes to them.
 

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array, Index
-from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel
 
 EMPTY: Final = 0
 """A free slot of a table: keys are larger."""
@@ -75,7 +75,6 @@ def slot_of(keys: Index, key: int) -> int:
     return at
 
 
-@record
 class Tree(NamedTuple):
     """Nodes, their queue, and the lattice.
 

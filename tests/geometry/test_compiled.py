@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
@@ -94,9 +94,9 @@ def test_what_a_second_process_has_compiled_is_loaded(
 ) -> None:
     module = declared()
     assert compiled.load() == 1
-    helps = "import sys; from geometry import compiled; compiled.help_build(sys.argv[1:])"
+    helps = "import declared; from geometry import compiled; list(compiled.build(backwards=True))"
     paths = {"PYTHONPATH": os.pathsep.join((str(ROOT), str(tmp_path)))}
-    with subprocess.Popen([sys.executable, "-c", helps, "declared"], env={**os.environ, **paths}) as helper:
+    with subprocess.Popen([sys.executable, "-c", helps], env={**os.environ, **paths}) as helper:
         while compiled.load():  # it begins with the last kernel
             assert helper.poll() is None
             time.sleep(0.1)
@@ -243,6 +243,23 @@ def test_processes_share_a_directory_and_uncompiled_kernels_are_plain_python(
     ]
     kind = "function" if environment else "CPUDispatcher"
     assert [each.communicate(timeout=120)[0].decode() for each in started] == [f"30.0 {kind}\n"] * count
+
+
+def test_each_record_that_a_kernel_takes_is_in_a_file_that_the_digest_knows() -> None:
+    known = {str(file.relative_to(ROOT).with_suffix("")).replace(os.sep, ".") for file in compiled.sources()}
+    records: set[str] = set()
+
+    def look_at(hint: Any) -> None:
+        if hasattr(hint, "_fields"):
+            records.add(hint.__module__)
+            for field in get_type_hints(hint).values():
+                look_at(field)
+
+    for each in compiled._KERNELS:
+        for hint in get_type_hints(each.function).values():
+            look_at(hint)
+    assert "geometry.shape_grid" in records
+    assert records <= known
 
 
 def test_each_constant_that_a_kernel_reads_is_in_a_file_that_the_digest_knows() -> None:
