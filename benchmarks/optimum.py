@@ -32,9 +32,9 @@ import numpy as np
 from benchmarks.problems.courses import drawn_course
 from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
+from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons, clearances
-from rti_mpcc.paper.terms import AXLE
 from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import in_processes
 from rti_mpcc.types import Array
@@ -104,7 +104,7 @@ class Docking:
         axes = [np.arange(a, b + GRID, GRID) for a, b in zip(low, high, strict=True)]
         x, y = np.meshgrid(*axes, indexing="ij")
         points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        apart = corridor.signed_distances(0, AXLE, points, BEYOND).min(axis=1, initial=BEYOND)
+        apart = corridor.signed_distances(0, POINT, points, BEYOND).min(axis=1, initial=BEYOND)
         depth = corridor.beyond(0, points[:, :2])
         apart = np.where(depth > 0.0, np.minimum(apart, -depth), apart)
         # casadi counts the first axis fastest

@@ -27,6 +27,7 @@ from geometry.compiled import Array2, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import (
     MOST_TIED,
+    SAME,
     Body,
     ShapeGrid,
     cells_around,
@@ -36,14 +37,8 @@ from geometry.shape_grid import (
     is_off,
 )
 
-APART: Final = 0
-ALONG: Final = 1
-ACROSS: Final = 2
-AT_X: Final = 3
-AT_Y: Final = 4
-CONTACT: Final = 5
-_SAME: Final = 1e-9
-"""Of a distance, by which two are told from one another."""
+APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
+"""Columns of `Contacts.values`, and their number."""
 _MOST_MET: Final = 32
 """Shapes near a pose of which it is known that they were met already, in another cell."""
 
@@ -129,7 +124,7 @@ def _line_contacts(
                     first, stop = body.starts[piece], body.starts[piece + 1]
                     slot = piece * grid.owners + grid.owner[i]
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
-                    limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
+                    limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * SAME) + spread)
                     off_x = abs(ahead + body.middle[0] - body.middles[piece, 0]) - body.halves[piece, 0]
                     off_y = abs(aside + body.middle[1] - body.middles[piece, 1]) - body.halves[piece, 1]
                     if max(off_x, off_y) - grid.circles[i, 2] > limit:
@@ -140,11 +135,11 @@ def _line_contacts(
                         continue
                     to_x, to_y = witness[ON_A_X] - segment[0, 0], witness[ON_A_Y] - segment[0, 1]
                     over = to_x * left_y - to_y * left_x
-                    if value < least[slot] * (1.0 - _SAME):
+                    if value < least[slot] * (1.0 - SAME):
                         # A line of one point has no sides.
                         height[slot], ties[slot], ends[slot] = 0.0, 0, 0
                         nearest[slot] = i if length > 0.0 else -1
-                    tie = value <= min(least[slot], within) * (1.0 + _SAME)
+                    tie = value <= min(least[slot], within) * (1.0 + SAME)
                     if tie and is_new(i, tied[slot], ties[slot]):
                         tied[slot, ties[slot]] = i
                         height[slot] += to_x * left_x + to_y * left_y
@@ -300,7 +295,7 @@ def _turns_right(corners: Array, i: int) -> bool:
     first_x, first_y = corners[a + 1, 0] - corners[a, 0], corners[a + 1, 1] - corners[a, 1]
     then_x, then_y = corners[b + 1, 0] - corners[b, 0], corners[b + 1, 1] - corners[b, 1]
     turn: float = first_x * then_y - first_y * then_x
-    return turn <= _SAME * hypot(first_x, first_y) * hypot(then_x, then_y)  # straight on, but for rounding
+    return turn <= SAME * hypot(first_x, first_y) * hypot(then_x, then_y)  # straight on, but for rounding
 
 
 @inner

@@ -21,15 +21,8 @@ from typing import Final
 from geometry.arrays import Array
 from geometry.compiled import inner
 
-# What is found: the distance [m], the normal, and a witness point on each shape [m].
-VALUE: Final = 0
-NORMAL_X: Final = 1
-NORMAL_Y: Final = 2
-ON_A_X: Final = 3
-ON_A_Y: Final = 4
-ON_B_X: Final = 5
-ON_B_Y: Final = 6
-WITNESS: Final = 7
+VALUE, NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, ON_B_X, ON_B_Y, WITNESS = range(8)
+"""What is found: the distance [m], the normal, and a witness point on each shape [m]; how many these are."""
 _TOUCHING: Final = 1e-9
 
 
@@ -138,9 +131,8 @@ def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
             found[count, 0] = corners[i, 0] + (dx if behind else 0.0)
             found[count, 1] = corners[i, 1] + (dy if behind else 0.0)
             count += 1
-    if (
-        count <= 2
-    ):  # a point, or a line that moves along itself: from its hindmost end to where the other gets
+    if count <= 2:
+        # A point, or a line that moves along itself: from its hindmost end to where the other gets.
         along = (corners[n - 1, 0] - corners[0, 0]) * dx + (corners[n - 1, 1] - corners[0, 1]) * dy
         begin, end = (0, n - 1) if along >= 0.0 else (n - 1, 0)
         found[0, 0], found[0, 1] = corners[begin, 0], corners[begin, 1]

@@ -61,20 +61,14 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
 
     Raises PathError for repeated points, or a cusp whose two rows differ in heading.
     """
-    v = np.diff(poses[:, :2], axis=0)
-    same = np.hypot(*v.T) < _SAME_POINT
-    if len(directions) == len(poses):
-        before, after = directions[:-1], directions[1:]
-        along = (v * (_unit(poses[:-1, 2]) + _unit(poses[1:, 2]))).sum(1)
-        intervals = np.where(before == after, before, np.where(along >= 0.0, 1, -1))
-        doubled = same & (before != after)
-    else:
-        intervals, doubled = directions, np.zeros(len(v), dtype=np.bool_)
-    _check_repeated(same & ~doubled)
+    v, (before, after) = np.diff(poses[:, :2], axis=0), _around(poses, directions)
+    doubled = _doubled(v, before, after)
     turned = doubled & (np.abs(wrap(np.diff(poses[:, 2]))) > _SAME_HEADING)
     if turned.any():
         i = int(np.argmax(turned)) + 1
         raise PathError(f"row {i}: the two rows of a cusp must have the same heading.")
+    along = (v * (_unit(poses[:-1, 2]) + _unit(poses[1:, 2]))).sum(1)
+    intervals = np.where(before == after, before, np.where(along >= 0.0, 1, -1))
     return _without_doubled(poses, intervals, doubled, "poses")
 
 
@@ -106,19 +100,27 @@ def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directio
 
 def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Directions]:
     """As `pose_intervals`, for points: the cusp is the row at which the way turns back more sharply."""
-    v = np.diff(points, axis=0)
-    length = np.hypot(*v.T)
-    same = length < _SAME_POINT
-    if len(directions) == len(v):
-        _check_repeated(same)
-        return points, directions
-    before, after = directions[:-1], directions[1:]
-    doubled = same & (before != after)
-    _check_repeated(same & ~doubled)
-    unit = v / np.where(same, 1.0, length)[:, None]
+    v, (before, after) = np.diff(points, axis=0), _around(points, directions)
+    doubled = _doubled(v, before, after)
+    unit = v / np.where(doubled, 1.0, np.hypot(*v.T))[:, None]
     turn = np.concatenate(([1.0], (unit[:-1] * unit[1:]).sum(1), [1.0]))  # cosine at each row, 1 at both ends
     intervals = np.where((before == after) | (turn[1:] <= turn[:-1]), before, after)
     return _without_doubled(points, intervals, doubled, "points")
+
+
+def _around(rows: Array, directions: Directions) -> tuple[Directions, Directions]:
+    """The directions of the rows before and after each interval: both its own where they are of intervals."""
+    return (directions[:-1], directions[1:]) if len(directions) == len(rows) else (directions, directions)
+
+
+def _doubled(v: Array, before: Directions, after: Directions) -> Mask:
+    """Whether each interval v (n, 2) is between the two rows of a cusp. Raises PathError as its callers."""
+    same = np.hypot(*v.T) < _SAME_POINT
+    repeated = same & (before == after)
+    if repeated.any():
+        i = int(np.argmax(repeated))
+        raise PathError(f"row {i + 1} repeats the point of row {i}, points must differ.")
+    return np.asarray(same)
 
 
 def _without_doubled(
@@ -179,12 +181,6 @@ def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     at = np.append(spline.x[piece] + step * (lengths / counts)[piece], spline.x[-1])
     slope = direction * spline(at, 1)
     return np.column_stack([spline(at), np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))])
-
-
-def _check_repeated(same: Mask) -> None:
-    if same.any():
-        i = int(np.argmax(same))
-        raise PathError(f"row {i + 1} repeats the point of row {i}, points must differ.")
 
 
 def _check_chords(v: Array, t_1: Array, t_2: Array) -> None:

@@ -16,9 +16,10 @@ Behind both ends a part goes on straight along the tangent of that end (curvatur
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import atan2, ceil, cos, inf, isfinite, pi, sin
-from typing import Final
+from dataclasses import dataclass, fields
+from functools import partial
+from math import atan2, ceil, cos, inf, isfinite, isnan, nan, pi, sin
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -74,6 +75,9 @@ class PathPart(Validated, error=PathError):
         for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
             values.setflags(write=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:  # kernels refuse other arrays than closed ones: of copies, too
+        return partial(PathPart, **{each.name: getattr(self, each.name) for each in fields(self)}), ()
+
     @property
     def start(self) -> float:
         """Theta of the first pose [m]."""
@@ -114,21 +118,18 @@ class PathPart(Validated, error=PathError):
         """
         theta = to_floats(theta).reshape(-1)
         x, y, phi, slope = found = np.empty((4, theta.size))
-        _reference(*self._arrays, theta, found)
+        _reference(self._arcs, theta, found)
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     @validated(late=True)
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
-        theta = np.atleast_1d(to_floats(theta))
-        inside = (theta >= self.knots[0]) & (theta <= self.knots[-1])
-        piece = np.searchsorted(self.knots[1:-1], theta, side="right")
-        return np.where(inside, self.curvatures[piece], 0.0)
+        return self.direction * self.reference(theta).slope
 
     @validated(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        return Pose2(*_pose(*self._arrays, to_float(theta)))
+        return Pose2(*_pose(self._arcs, to_float(theta)))
 
     @validated(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:
@@ -171,46 +172,42 @@ class PathPart(Validated, error=PathError):
         low, high = self.start, self.end
         if near is not None:
             low, high = min(max(near - reach, low), high), min(max(near + reach, low), high)
-        wants, wanted = heading is not None, float(heading or 0.0)
-        return _closest(float(x), float(y), *self._arrays, low, high, wants, wanted)
+        heading = nan if heading is None else float(heading)
+        return _closest(float(x), float(y), self._arcs, low, high, heading)
 
     @property
-    def _arrays(self) -> tuple[Array, Array, Array, Array, Array, float]:
-        """As kernels take them."""
-        return self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction)
+    def _arcs(self) -> _Arcs:
+        return _Arcs(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction))
+
+
+class _Arcs(NamedTuple):
+    """A `PathPart` as kernels take it."""
+
+    knots: Array1
+    curvatures: Array1
+    x: Array1
+    y: Array1
+    phi: Array1
+    direction: float
 
 
 @kernel
-def _reference(
-    knots: Array1,
-    curvatures: Array1,
-    x: Array1,
-    y: Array1,
-    phi: Array1,
-    direction: float,
-    theta: Array1,
-    found: Out2,
-) -> None:
+def _reference(arcs: _Arcs, theta: Array1, found: Out2) -> None:
     """Rows of `found`: x, y, phi, slope."""
     for j in range(len(theta)):
-        found[0, j], found[1, j], found[2, j], found[3, j] = _reference_at(
-            knots, curvatures, x, y, phi, direction, theta[j]
-        )
+        found[0, j], found[1, j], found[2, j], found[3, j] = _reference_at(arcs, theta[j])
 
 
 @kernel
-def _pose(
-    knots: Array1, curvatures: Array1, x: Array1, y: Array1, phi: Array1, direction: float, theta: float
-) -> tuple[float, float, float]:
-    found_x, found_y, heading, _ = _reference_at(knots, curvatures, x, y, phi, direction, theta)
-    return found_x, found_y, heading
+def _pose(arcs: _Arcs, theta: float) -> tuple[float, float, float]:
+    x, y, heading, _ = _reference_at(arcs, theta)
+    return x, y, heading
 
 
 @inner
-def _reference_at(
-    knots: Array, curvatures: Array, x: Array, y: Array, phi: Array, direction: float, theta: float
-) -> tuple[float, float, float, float]:
+def _reference_at(arcs: _Arcs, theta: float) -> tuple[float, float, float, float]:
     """Equations (1), (2): x, y, phi, slope."""
+    knots, curvatures, x, y, phi, direction = arcs
     i = _piece_at(knots, theta)
     inside = min(max(theta, knots[0]), knots[-1])
     s, slope, beyond = inside - knots[i], direction * curvatures[i], theta - inside
@@ -226,20 +223,7 @@ def _reference_at(
 
 
 @kernel
-def _closest(
-    x: float,
-    y: float,
-    knots: Array1,
-    curvatures: Array1,
-    begin_x: Array1,
-    begin_y: Array1,
-    heading: Array1,
-    direction: float,
-    lowest: float,
-    highest: float,
-    wants: bool,
-    wanted: float,
-) -> float:
+def _closest(x: float, y: float, arcs: _Arcs, lowest: float, highest: float, wanted: float) -> float:
     """Return the theta in [lowest, highest] of the point of a part that is closest to (x, y) [m].
 
     In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta
@@ -249,8 +233,10 @@ def _closest(
 
     the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be
     closest and, if a heading within 90 deg of the `wanted` one [rad] is, the two places where it is 90 deg
-    off. Of equals the first wins.
+    off; NaN: any heading. Of equals the first wins.
     """
+    knots, curvatures, begin_x, begin_y, heading, direction = arcs
+    wants = not isnan(wanted)
     best_square, best_theta, any_square, any_theta = inf, lowest, inf, lowest
     for i in range(_piece_at(knots, lowest), len(curvatures)):
         if knots[i] > highest:

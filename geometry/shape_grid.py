@@ -7,9 +7,9 @@ All is computed in the frame of the body: numbers stay small wherever in the wor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import cos, hypot, inf, sin
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +19,9 @@ from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inn
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.validation import to_rows
 
+Record = TypeVar("Record", bound=tuple[Any, ...])
 _CELLS = 4  # for each shape, and some more
-_SAME = 1e-9  # of a distance, by which two are told from one another
+SAME = 1e-9  # of a distance, by which two are told from one another
 MOST_TIED = 8  # shapes as near as the nearest one that are told from one another; at a vertex these are two
 _LONG = 8.0  # mean lengths of a shape that a cell is long
 
@@ -48,14 +49,10 @@ class Body(NamedTuple):
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
         box = 0.5 * (low + high), 0.5 * (high - low)
-        return cls._locked(np.concatenate(rings), _starts(rings), *box, middles, halves)
-
-    @classmethod
-    def _locked(cls, *values: Any) -> Body:
-        return cls(*map(locked, values))
+        return locked_record(cls, np.concatenate(rings), _starts(rings), *box, middles, halves)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Body._locked, tuple(self)
+        return locked_record, (Body, *self)
 
     @property
     def pieces(self) -> int:
@@ -130,7 +127,7 @@ class ShapeGrid(NamedTuple):
         _enter(corners, starts, low, cell, counts, begins[:-1].copy(), members)
         largest = int(np.diff(starts).max(initial=1))
         grid = (corners, starts, owner, owners, circles, low, cell, counts, begins, members, largest)
-        return cls(*map(locked, grid))
+        return locked_record(cls, *grid)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return ShapeGrid._of, (self.corners, self.starts, self.owner, self.owners)
@@ -175,6 +172,11 @@ def locked(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         value.setflags(write=False)
     return value
+
+
+def locked_record(kind: Callable[..., Record], *values: Any) -> Record:
+    """Return a NamedTuple of this kind with locked arrays: kernels refuse open ones where it has others."""
+    return kind(*map(locked, values))
 
 
 def _starts(shapes: Sequence[Array]) -> Index:
@@ -409,9 +411,9 @@ def _beyond(points: Array2, grid: ShapeGrid, within: float, found: Out1) -> None
                     left = (edge_x * to_y - edge_y * to_x) / length
                     over = max(-along, along - length, 0.0)
                     distance = hypot(over, left)
-                    if distance < least * (1.0 - _SAME):
+                    if distance < least * (1.0 - SAME):
                         least, side, ties, ends = distance, 0.0, 0, 0
-                    if distance <= least * (1.0 + _SAME) and is_new(i, tied, ties):
+                    if distance <= least * (1.0 + SAME) and is_new(i, tied, ties):
                         # At a vertex both its segments tell, at an open end there is only one.
                         tied[ties] = i
                         side += left

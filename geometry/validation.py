@@ -200,8 +200,7 @@ def _turn_to(hint: Any) -> Turn:
         return _instance(Callable, "a function")
     if origin is PathLike:
         return _instance(PathLike, "a path")
-    is_protocol = getattr(hint, "_is_protocol", False)
-    if isinstance(hint, type) and getattr(hint, "_is_runtime_protocol", not is_protocol):
+    if isinstance(hint, type):
         return _instance(hint, f"{'an' if hint.__name__[0] in 'AEIOU' else 'a'} {hint.__name__}")
     return _SIMPLE[Any]
 

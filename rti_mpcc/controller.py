@@ -315,7 +315,7 @@ class RtiMpcc:
             return far_out
         margin = self.config.clearance.wanted
         missing = margin_deficit(linear.rows, linear.drift, change[:MEASURED])
-        if missing is None:
+        if not missing.any():
             return far_out
         lack = missing[0].max(axis=0)
         spare = margin - self.config.planned_minimum

@@ -130,23 +130,16 @@ def free_response(states: Array2, lengths: Array1, wheelbase: float) -> Out3:
     return by
 
 
-def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
-    """What of the corridor and its margin is missing at the first n stages (n, pieces, sides) [m], or None if
-    nothing is.
+@kernel
+def margin_deficit(rows: CorridorRows, drift: Array3, change: Array1) -> Out3:
+    """What of the corridor and its margin is missing at the first n stages (n, pieces, sides) [m]: m of (H4).
 
     Args:
         drift: (n, 3, 5) of the plan linearised about, see `free_response`.
         change: (5,) in x, y, phi, v, delta that the plan begins with beside it.
     """
-    missing = np.empty((len(drift), *rows.lower.shape[1:]))
-    return missing if _margin_deficit(rows.slopes, rows.lower, drift, change, missing) else None
-
-
-@kernel
-def _margin_deficit(slopes: Array4, lower: Array3, drift: Array3, change: Array1, missing: Out3) -> bool:
-    """m of (H4). Returns whether anything is missing."""
-    lacks = False
-    moved = np.empty(POSE)
+    slopes, lower = rows
+    missing, moved = np.empty((len(drift), lower.shape[1], lower.shape[2])), np.empty(POSE)
     for k in range(len(drift)):
         for i in range(POSE):
             moved[i] = 0.0
@@ -158,8 +151,7 @@ def _margin_deficit(slopes: Array4, lower: Array3, drift: Array3, change: Array1
                 for i in range(POSE):
                     lack -= slopes[k, piece, side, i] * moved[i]
                 missing[k, piece, side] = max(lack, 0.0)
-                lacks |= lack > 0.0
-    return lacks
+    return missing
 
 
 @kernel
@@ -175,22 +167,12 @@ def relaxed_bounds(
     over: Array1,
     far: float,
 ) -> Out3:
-    """Lower bounds (N, pieces, sides) that give back step by step what is missing.
+    """Lower bounds (N, pieces, sides) that give back step by step what is missing (docs/decisions, 9).
 
-    What is `missing` of the margin a moment ahead (see `margin_deficit`) is out of reach by then: the
-    exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
-    there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back,
-    and of a slow vehicle with the cube of its way.
-    To get a piece aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l
-    times that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R. A piece
-    that trails the axle swings out itself: where it lacks more than noise may show, that counts, too.
-
-    A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
-    one that turns away swings its other end out before. A slack that nothing can make smaller would
-    saturate the penalty all along the plan, and the solver with it. So that boundary is taken to be where the
-    vehicle has it now, and to come back from there: as a whole, for where it kept to what is missing at each
-    stage it would bind at all of them, and hold the plan to the one linearised about. The other boundaries
-    stay.
+    Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back, and of a
+    slow vehicle with the cube of its way. To get a piece aside by m over the way S the body turns by 3m/2S,
+    and what trails it by l swings out by l times that. A boundary that the vehicle is `over` is taken to be
+    where the vehicle has it now, and to come back from there as the vehicle drives.
 
     (H4)  lower - r - (1 - (s - 2 far) / W) (over + min(over, margin - r)),
           r_i = min(most, max(1 - (t / T)³, 1 - (s / S)³) m_i

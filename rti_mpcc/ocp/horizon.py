@@ -74,15 +74,9 @@ def distances(states: Array2) -> Out1:
     """Distance (N,) [m] that states (N+1, 6) have driven by each but the first."""
     driven, total = np.empty(len(states) - 1), 0.0
     for k in range(len(driven)):
-        total += step_length(states, k)
+        total += hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
         driven[k] = total
     return driven
-
-
-@inner
-def step_length(states: Array, k: int) -> float:
-    """Distance [m] from state k to the next one."""
-    return hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
 
 
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:

@@ -39,9 +39,9 @@ accepts at the goal to save effort grows with 1/t_go³: without this it is all o
 class ComfortWeights(NamedTuple):
     """On the squared excess over each value of `Comfort`: (N,), (N+1,), (N,)."""
 
-    acceleration: Array
-    lateral_acceleration: Array
-    steering_rate: Array
+    acceleration: Out1
+    lateral_acceleration: Out1
+    steering_rate: Out1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

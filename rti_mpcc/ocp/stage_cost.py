@@ -20,7 +20,7 @@ from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
+from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights, StageWeights
 from rti_mpcc.types import Array
 
 COMFORT_EASE = 0.05
@@ -101,18 +101,14 @@ def quadratic_cost(
     if errors is not None:
         on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
         _add_errors(*errors, on_errors, hessian, gradient)
-    beyond = weights.comfort
-    _add_lateral_excess(
-        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
-    )
+    _add_lateral_excess(states, weights.comfort, comfort, wheelbase, hessian, gradient)
     if terms is not None:
         terms(hessian, gradient)
     clip = GOAL_CLIP if weights.goal_clipped else (np.inf, np.inf)
     at_end = weights.goal_speed, weights.goal_wheels, wheels
     _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
     on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
-    on_excess = beyond.acceleration, comfort.acceleration, beyond.steering_rate, comfort.steering_rate
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, *on_excess))
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, weights.comfort, comfort))
 
 
 @inner
@@ -160,9 +156,10 @@ def excess_cost(value: float, weight: float, most: float) -> float:
 
 @kernel
 def _add_lateral_excess(
-    states: Array2, weights: Array1, most: float, wheelbase: float, hessian: Out3, gradient: Out2
+    states: Array2, beyond: ComfortWeights, comfort: Comfort, wheelbase: float, hessian: Out3, gradient: Out2
 ) -> None:
     """The lateral acceleration beyond comfort, (C4)."""
+    weights, most = beyond.lateral_acceleration, comfort.lateral_acceleration
     slopes = np.zeros(STATES)
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
@@ -180,10 +177,8 @@ def _control_cost(
     steering_rate: Array1,
     virtual_speed: Array1,
     progress_reward: Array1,
-    on_acceleration: Array1,
-    most_acceleration: float,
-    on_steering_rate: Array1,
-    most_steering_rate: float,
+    beyond: ComfortWeights,
+    comfort: Comfort,
 ) -> tuple[Out2, Out2]:
     """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
     hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
@@ -195,8 +190,8 @@ def _control_cost(
             gradient[k, j] = hessian[k, j] * controls[k, j]
         gradient[k, THETA_DOT] -= progress_reward[k]
         for j, on_excess, most in (
-            (A, on_acceleration[k], most_acceleration),
-            (DELTA_DOT, on_steering_rate[k], most_steering_rate),
+            (A, beyond.acceleration[k], comfort.acceleration),
+            (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),
         ):
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
             gradient[k, j] += 2.0 * weight * excess * slope

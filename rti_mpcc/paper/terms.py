@@ -17,15 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array1, Array2, Array3, Out2, Out3, kernel
-from geometry.shape_grid import Body
+from geometry.shape_grid import POINT
 from rti_mpcc.model.layout import DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
 from rti_mpcc.ocp.objectives import Linearised, StageWeights
 from rti_mpcc.ocp.stage_cost import add_square
 from rti_mpcc.types import Array
 
-AXLE = Body.of([(0.0, 0.0)])
-"""The middle of the rear axle alone."""
 DISTANCE_REACH, SPEED_REACH = 2.0, 2.5
 """The two terms of a boundary act nearer than this [m]."""
 
@@ -65,7 +63,7 @@ def walls_of(plan: Linearised) -> SoftWalls | None:
     if not (weights.bound_distance.any() or weights.bound_speed.any()):
         return None
     reach = max(DISTANCE_REACH, SPEED_REACH)
-    found = plan.corridor.contacts(plan.index, AXLE, plan.states[:, :POSE], within=reach, outward=0.0)
+    found = plan.corridor.contacts(plan.index, POINT, plan.states[:, :POSE], within=reach, outward=0.0)
     normal = found.normal[:, 0, :2] * np.exp(1j * plan.local[:, PHI])[:, None]
     return SoftWalls(
         distance=np.ascontiguousarray(found.apart[:, 0, :2]),

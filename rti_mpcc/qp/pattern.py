@@ -26,7 +26,7 @@ import numpy as np
 from scipy import sparse
 
 from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4
-from geometry.shape_grid import locked
+from geometry.shape_grid import locked_record
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 
@@ -109,12 +109,8 @@ class QpPattern(NamedTuple):
     constraint_scale: Array1
     constraint_constant: Array1
 
-    @classmethod
-    def _locked(cls, *arrays: Any) -> QpPattern:
-        return cls(*map(locked, arrays))
-
     def __reduce__(self) -> tuple[Any, ...]:
-        return QpPattern._locked, tuple(self)
+        return locked_record, (QpPattern, *self)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -179,8 +175,8 @@ def build_pattern(stages: int, pieces: int, sides: int, *, free_end: bool = Fals
         (slack_rows, slack_columns, 1.0),
         (time_row, time_column, 1.0),
     )
-    return QpPattern._locked(
-        state_columns, control_columns, slack_columns, time_column,
+    return locked_record(
+        QpPattern, state_columns, control_columns, slack_columns, time_column,
         dynamics_rows, bound_rows, corridor_rows, slack_rows, time_row,
         column_units, row_units[bound_rows[:, 0]],
         hessians, control_hessians, slack_hessians, time_hessian,

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 import osqp
 from scipy.sparse import csc_matrix
 
+from geometry.arrays import all_finite
 from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.qp.filling import ROW_SCALING_MOST, QpValues
@@ -136,8 +137,7 @@ def solve_once(
     Raises:
         ValueError: numbers that are none, or a lower bound above its upper one.
     """
-    finite = all(np.isfinite(each).all() for each in (cost, gradient, constraints))
-    if not finite or not (lower <= upper).all():
+    if not all(map(all_finite, (cost, gradient, constraints))) or not (lower <= upper).all():
         raise ValueError(BAD_BOUNDS)
     solver = osqp.OSQP()
     solver.setup(
@@ -179,7 +179,7 @@ class QpSolver:
             self._steps = steps
             self._step_so()
         for name in ("cost", "gradient", "constraints"):
-            if not _all_finite(getattr(values, name)):
+            if not all_finite(getattr(values, name)):
                 return f"{name} not finite"
         if self._osqp is None:
             return self._set_up(values)
@@ -229,7 +229,7 @@ class QpSolver:
             primal, dual = np.array(solution.x), np.array(solution.y)
             done += int(info.iter)
             seconds += float(info.run_time)
-            finite = _all_finite(primal) and _all_finite(dual)
+            finite = all_finite(primal) and all_finite(dual)
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
@@ -319,12 +319,4 @@ def _taken(lower: Array1, upper: Array1, infinity: float, low: Out1, high: Out1)
     for i in range(len(lower)):
         fit &= lower[i] <= upper[i] and lower[i] < inf
         low[i], high[i] = max(lower[i], -infinity), min(upper[i], infinity)
-    return fit
-
-
-@kernel
-def _all_finite(numbers: Array1) -> bool:
-    fit = True
-    for i in range(len(numbers)):
-        fit &= isfinite(numbers[i])
     return fit

@@ -17,6 +17,7 @@ import pytest
 
 from geometry import Corridor, PathPart, PathReference, lift
 from geometry.contacts import Contacts
+from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.course import workspace
@@ -34,7 +35,7 @@ from rti_mpcc.ocp.stage_contacts import NEAR
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.paper import PaperObjective
-from rti_mpcc.paper.terms import AXLE, SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
+from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
@@ -374,7 +375,7 @@ def _freeze(
         planes = FrozenPlanes.of(near, linear.states[1:])
     weights = linear.weights
     if isinstance(weights, PaperWeights) and weights.bound_distance.any():
-        near = corridor.contacts(mpcc.index, AXLE, world[:, :POSE], within=SPEED_REACH, outward=0.0)
+        near = corridor.contacts(mpcc.index, POINT, world[:, :POSE], within=SPEED_REACH, outward=0.0)
         walls = FrozenPlanes.of(near, linear.states)
     return FrozenProblem(
         name=name,

@@ -148,7 +148,7 @@ def relieved(
 ) -> Array:
     """`relaxed_bounds` with what the vehicle lacks itself, all stages `travelled` [m] along."""
     missing = margin_deficit(rows, STAYS, np.append(change, [0.0, 0.0]))
-    if missing is None:
+    if not missing.any():
         return rows.lower
     over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
     return relaxed_bounds(

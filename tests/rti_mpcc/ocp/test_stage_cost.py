@@ -9,12 +9,13 @@ import pytest
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from geometry.contacts import ACROSS, ALONG
+from geometry.shape_grid import POINT
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights
 from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, COMFORT_EASE, QuadraticCost, quadratic_cost
-from rti_mpcc.paper.terms import AXLE, PaperWeights, SoftWalls, WeightSlopes, add_paper_terms
+from rti_mpcc.paper.terms import PaperWeights, SoftWalls, WeightSlopes, add_paper_terms
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -102,7 +103,7 @@ class Setting:
         self.controls = random.uniform(-1.0, 1.0, (N, CONTROLS))
         corridor = Corridor.from_offsets(path, left=2.2, right=-2.4)
         poses = np.column_stack([self.states[:, :2], np.zeros(N + 1)])
-        near = corridor.contacts(0, AXLE, poses, within=9.0, outward=0.0)
+        near = corridor.contacts(0, POINT, poses, within=9.0, outward=0.0)
         normal = near.values[:, 0, :, ALONG : ACROSS + 1].copy()
         self.walls = SoftWalls(distance=near.apart[:, 0].copy(), normal=normal)
         self.points = self.states[:, None, :2] - self.walls.distance[..., None] * normal
