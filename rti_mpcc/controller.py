@@ -324,7 +324,7 @@ class RtiMpcc:
             linear.rows.lower,
             missing,
             np.add.accumulate(linear.lengths),
-            distances(linear.states),
+            distances(linear.states)[1:],
             self._trails,
             margin,
             CONTACT_TOLERANCE,

@@ -67,7 +67,7 @@ def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerC
     """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
     part, driven = s.task.segment.part, state[None]
     if s.task.drives and s.plans.driven is not None:
-        _, driven = collision_check.bodies_along(s.plans.driven, config)
+        *_, driven = collision_check.bodies_along(s.plans.driven, config)
         state = driven[-1].copy()
         x, y, phi = state[:POSE].tolist()
         state[THETA] = part.project(x, y, heading=phi)

@@ -96,7 +96,7 @@ def distance_to_contact(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
 ) -> float:
     """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
-    marks, states = bodies_along(plan, config, reach)
+    marks, _, states = bodies_along(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
     below = (apart < _least(apart[0], least)).any(axis=1)
@@ -135,9 +135,9 @@ def distance_to_moving(
     """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
     if not s.area.moving:
         return inf
-    marks, states = bodies_along(plan, config, reach)
+    marks, times, states = bodies_along(plan, config, reach)
     ahead = s.clock.now - s.area.given_at + later
-    elapsed = ahead + s.vehicle.dead_time + (_times(plan, marks) - plan.times[0])
+    elapsed = ahead + s.vehicle.dead_time + (times - plan.times[0])
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in s.area.moving:
@@ -184,25 +184,27 @@ def object_ahead(
     s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> NearObject:
     """What a plan meets after `distance` [m]."""
-    times = _times(plan, np.array([distance]))
+    times = _times(plan, distances(plan.states), np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
     ahead = s.clock.now - s.area.given_at + s.vehicle.dead_time + float(times[0] - plan.times[0])
     return nearest_object(state, s.area, s.task.segment.index, config, ahead)
 
 
-def bodies_along(plan: Trajectory, config: ControllerConfig, reach: float = inf) -> tuple[Array, Array]:
-    """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
-    spacing = CHECK_SPACING
-    end = min(reach, float(distances(plan.states)[-1]), MOST_BODIES * spacing)
+def bodies_along(
+    plan: Trajectory, config: ControllerConfig, reach: float = inf
+) -> tuple[Array, Array, Array]:
+    """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, times [s] and states (n, 6)."""
+    spacing, driven = CHECK_SPACING, distances(plan.states)
+    end = min(reach, float(driven[-1]), MOST_BODIES * spacing)
     count = max(ceil(end / spacing), 1)
     marks = np.arange(count + 1.0) * (end / count)
-    return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
+    times = _times(plan, driven, marks)
+    return marks, times, states_at(plan, times, config.vehicle.wheelbase)
 
 
-def _times(plan: Trajectory, marks: Array) -> Array:
-    """When (n,) [s] the plan comes to the distances `marks` (n,) [m]."""
-    driven = np.append(0.0, distances(plan.states))
-    end = int(np.searchsorted(driven, driven[-1] - 1e-9)) + 1  # it stands from there on
+def _times(plan: Trajectory, driven: Array, marks: Array) -> Array:
+    """When (n,) [s] a plan that has `driven` (N+1,) [m] comes to the distances `marks` (n,) [m]."""
+    end = int(driven.searchsorted(driven[-1] - 1e-9)) + 1  # it stands from there on
     return np.interp(marks, driven[:end], plan.times[:end])
 
 

@@ -71,8 +71,8 @@ def end_time(
         reached: (N, 6) ends of the stages; lengths: (N,) [s]; latest: that the plan may take [s].
     """
     on_controls = weights.acceleration, weights.steering_rate, weights.comfort
-    stretches, effort = _stretched(states, controls, reached, lengths, *on_controls, comfort, wheelbase)
-    total = float(lengths.sum())
+    stretches, total = np.zeros((len(lengths), 5)), float(lengths.sum())
+    effort = _stretched(states, controls, reached, lengths, *on_controls, comfort, wheelbase, stretches)
     rest = total - float(lengths[0])
     least = min(max(-LARGEST_CHANGE * total, LEAST_TIME - total), 0.0)
     longest = min(LARGEST_CHANGE * total, max(latest - total, least))
@@ -83,10 +83,10 @@ def end_time(
 def _stretched(
     states: Array2, controls: Array2, reached: Array2, lengths: Array1,
     on_acceleration: Array1, on_steering_rate: Array1, beyond: ComfortWeights, comfort: Comfort,
-    wheelbase: float,
-) -> tuple[Out2, float]:  # fmt: skip
+    wheelbase: float, stretches: Out2,
+) -> float:  # fmt: skip
     """F_T, and the sum of h_k E_k over all stages but the first."""
-    stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, np.sum(lengths[1:])
+    effort, rest = 0.0, np.sum(lengths[1:])
     for k in range(1, len(lengths)):
         a, rate, v = controls[k, A], controls[k, DELTA_DOT], states[k, V]
         dx, dy, turn = pose_rate(reached[k], wheelbase)
@@ -98,14 +98,19 @@ def _stretched(
         effort += excess_cost(rate, beyond.steering_rate[k], comfort.steering_rate)
         lateral = v * v * tan(states[k, DELTA]) / wheelbase
         effort += excess_cost(lateral, beyond.lateral_acceleration[k], comfort.lateral_acceleration)
-    return stretches, effort
+    return effort
+
+
+def stretched_times(begin: float, lengths: Array, change: float) -> Array:
+    """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
+    times = np.empty(len(lengths) + 1)
+    _stretch(begin, lengths, change, times)
+    return times
 
 
 @kernel
-def stretched_times(begin: float, lengths: Array1, change: float) -> Out1:
-    """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
-    times, factor = np.empty(len(lengths) + 1), 1.0 + change / np.sum(lengths[1:])
+def _stretch(begin: float, lengths: Array1, change: float, times: Out1) -> None:
+    factor = 1.0 + change / np.sum(lengths[1:])
     times[0], times[1] = begin, begin + lengths[0]
     for k in range(1, len(lengths)):
         times[k + 1] = times[k] + factor * lengths[k]
-    return times

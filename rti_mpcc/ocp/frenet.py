@@ -43,11 +43,15 @@ class LocalFrame(NamedTuple):
 
     def states_in(self, states: Array) -> Array:
         """World states (n, >= 3) in this frame."""
-        return _poses_in(states, *self)
+        turned = np.empty(states.shape)
+        _poses_in(states, *self, turned)
+        return turned
 
     def states_out(self, states: Array) -> Array:
         """Local states (n, >= 3) in the world."""
-        return _poses_out(states, *self)
+        turned = np.empty(states.shape)
+        _poses_out(states, *self, turned)
+        return turned
 
     def pose_in(self, pose: Pose2) -> Array:
         """A pose (3,) in this frame, heading not wrapped."""
@@ -61,27 +65,25 @@ class LocalFrame(NamedTuple):
 
 
 @kernel
-def _poses_in(poses: Array2, x: float, y: float, phi: float) -> Out2:
-    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
+def _poses_in(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
+    c, s = cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X] - x, poses[k, Y] - y
         turned[k, X] = c * dx + s * dy
         turned[k, Y] = c * dy - s * dx
         turned[k, PHI] = poses[k, PHI] - phi
         turned[k, POSE:] = poses[k, POSE:]
-    return turned
 
 
 @kernel
-def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
-    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
+def _poses_out(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
+    c, s = cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X], poses[k, Y]
         turned[k, X] = x + (c * dx - s * dy)
         turned[k, Y] = y + (s * dx + c * dy)
         turned[k, PHI] = poses[k, PHI] + phi
         turned[k, POSE:] = poses[k, POSE:]
-    return turned
 
 
 class FrenetErrors(NamedTuple):
@@ -94,15 +96,17 @@ class FrenetErrors(NamedTuple):
 def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
     """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
     x, y, phi = (np.ascontiguousarray(each) for each in (reference.x, reference.y, reference.phi))
-    return _frenet_errors(states, x, y, phi, reference.slope, float(direction))
+    errors = FrenetErrors(np.empty((len(states), 3)), np.zeros((len(states), 3, STATES)))
+    _frenet_errors(states, x, y, phi, reference.slope, float(direction), errors)
+    return errors
 
 
 @kernel
 def _frenet_errors(
-    states: Array2, x: Array1, y: Array1, phi: Array1, turning: Array1, direction: float
-) -> FrenetErrors:
+    states: Array2, x: Array1, y: Array1, phi: Array1, turning: Array1, direction: float, errors: FrenetErrors
+) -> None:
     """Equations (F1), (F2), `turning` being phi_r'."""
-    values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
+    values, slopes = errors.values, errors.slopes
     for k in range(len(states)):
         c, s = cos(phi[k]), sin(phi[k])
         dx, dy = states[k, X] - x[k], states[k, Y] - y[k]
@@ -116,4 +120,3 @@ def _frenet_errors(
         slopes[k, LAG, THETA] = -direction + values[k, CONTOURING] * turning[k]
         slopes[k, CONTOURING, THETA] = -values[k, LAG] * turning[k]
         slopes[k, HEADING, THETA] = -turning[k]
-    return FrenetErrors(values, slopes)

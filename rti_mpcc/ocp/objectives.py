@@ -14,7 +14,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from geometry import Corridor, PathPart, PathReference
-from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.frenet import FrenetErrors
@@ -245,12 +244,11 @@ def arrival_weights(
     )
 
 
-@kernel
-def stage_share(lengths: Array1, unit: float) -> Out1:
+def stage_share(lengths: Array, unit: float) -> Array:
     """What each stage counts (N+1,): its length over the `unit` [s] that the weights belong to."""
-    share, stages = np.empty(len(lengths) + 1), len(lengths)
-    for k in range(stages + 1):
-        share[k] = lengths[min(k, stages - 1)] / unit
+    share = np.empty(len(lengths) + 1)
+    share[:-1], share[-1] = lengths, lengths[-1]
+    share /= unit
     return share
 
 

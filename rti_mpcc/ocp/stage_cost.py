@@ -108,7 +108,9 @@ def quadratic_cost(
     at_end = weights.goal_speed, weights.goal_wheels, wheels
     _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
     on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, weights.comfort, comfort))
+    control_hessian, control_gradient = np.empty(controls.shape), np.empty(controls.shape)
+    _control_cost(controls, *on_controls, weights.comfort, comfort, control_hessian, control_gradient)
+    return QuadraticCost(hessian, gradient, control_hessian, control_gradient)
 
 
 @inner
@@ -179,9 +181,10 @@ def _control_cost(
     progress_reward: Array1,
     beyond: ComfortWeights,
     comfort: Comfort,
-) -> tuple[Out2, Out2]:
+    hessian: Out2,
+    gradient: Out2,
+) -> None:
     """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
-    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         hessian[k, A] = 2.0 * acceleration[k]
         hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
@@ -196,7 +199,6 @@ def _control_cost(
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
             gradient[k, j] += 2.0 * weight * excess * slope
             hessian[k, j] += 2.0 * weight * slope**2
-    return hessian, gradient
 
 
 @kernel
