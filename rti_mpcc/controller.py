@@ -15,7 +15,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, V
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -296,7 +296,7 @@ class RtiMpcc:
         config, limits = self.config, self.config.limits
         spare = max(config.clearance.wanted - config.planned_minimum, 0.0)
         beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
-        return bool(beyond) or float(last.slack.max()) > spare
+        return bool(beyond) or last.most_slack > spare
 
     def _admit(self, measured: Array, change: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state (6,) needs it, which is a
@@ -356,14 +356,14 @@ class RtiMpcc:
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
-            later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
-            controls[:, THETA_DOT] *= np.diff(times) / np.diff(later)
-            times = later
+            times = stretched_times(times, linear.lengths, float(change[pattern.time_column[0]]), controls)
+        slack = np.maximum(change[pattern.slack_columns], 0.0)
         read_only(states, controls, times)
         return Solution(
             solved=result.solved,
             trajectory=Trajectory(times=times, states=states, controls=controls),
-            slack=np.maximum(change[pattern.slack_columns], 0.0),
+            slack=slack,
+            most_slack=float(slack.max()),
             weights=linear.weights,
             damping=linear.damping,
             dual=dual,

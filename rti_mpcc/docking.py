@@ -369,7 +369,7 @@ class DockingController:
         control = self._saturated(decision.control, context.state, s)
         decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
         after = sent(after, control, context.start_time, context.state, self.config)
-        after = _retried(replace(after, start_state=context.state), status, decision.verdict.reason)
+        after = _retried(after, status, decision.verdict.reason)
         remarks = (*remarks, *goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
         if self._replanner is not None:
             after = self._replanner.planned_on(after, clock)
@@ -397,7 +397,7 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = sent(restarted(s, str(verdict)), control, at, start, config)
+        s = restarted(sent(s, control, at, start, config), str(verdict))
         return s, emergency(control, start, s, verdict, config, clock)
 
 

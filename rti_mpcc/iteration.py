@@ -48,7 +48,7 @@ class Solution:
     Attributes:
         solved: the QP was solved; otherwise `trajectory` is the one linearised about.
         trajectory: the plan in the world, headings on the route's branch.
-        slack: (N,) corridor slack of stages 1..N [m].
+        slack: (N,) corridor slack of stages 1..N [m]; most_slack: the largest one.
         damping: how little the iteration was trusted, see `RtiMpcc.prepare`.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
         status, iterations, residuals, stopped: see `QpSolution`; iterate: of a QP that was stopped, or None.
@@ -57,6 +57,7 @@ class Solution:
     solved: bool
     trajectory: Trajectory
     slack: Array
+    most_slack: float
     weights: StageWeights
     damping: float
     dual: Array

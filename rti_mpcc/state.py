@@ -54,11 +54,11 @@ class Arrival:
     """One planned arrival at rest.
 
     Attributes:
-        latest: its latest end [s]; timed_for: the target pose that this was set for.
+        objective: with its latest end; timed_for: the target pose that this was set for.
         overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
     """
 
-    latest: float
+    objective: ArrivalAtRest
     timed_for: Pose2
     overdue_since: float | None = None
 
@@ -174,7 +174,7 @@ class Task:
         """Of the QP."""
         if self.successor is not None:
             return self.successor
-        return self.segment.objective if self.arrival is None else ArrivalAtRest(latest=self.arrival.latest)
+        return self.segment.objective if self.arrival is None else self.arrival.objective
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -99,16 +99,21 @@ def distance_to_contact(
     marks, _, states = bodies_along(plan, config, reach)
     # At the start of the plan distances up to twice the least one count.
     apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
-    below = (apart < _least(apart[0], least)).any(axis=1)
-    return float(marks[np.argmax(below)]) if below.any() else inf
+    first = _first_too_near(apart, least, max(least - CONTACT_TOLERANCE, 0.0))
+    return inf if first < 0 else float(marks[first])
 
 
-def _least(begins: Array, least: float) -> Array:
-    """Clearances (1 + obstacles,) [m] that a plan keeps which `begins` with these [m]."""
-    kept = np.full(len(begins), least)
-    kept[0] = max(least - CONTACT_TOLERANCE, 0.0)
-    nearer = np.minimum(np.maximum(begins - kept, 0.0), kept)
-    return np.where(begins >= 0.0, nearer, begins - OVERLAP_GROWTH)
+@kernel
+def _first_too_near(apart: Array2, least: float, to_boundary: float) -> int:
+    """The first body, at distances (n, 1 + obstacles) [m], that is nearer to something than a plan may come
+    that starts as far from it as this one; -1: none."""
+    for n in range(len(apart)):
+        for j in range(apart.shape[1]):
+            begins, kept = apart[0, j], to_boundary if j == 0 else least
+            nearest = begins - OVERLAP_GROWTH if begins < 0.0 else min(max(begins - kept, 0.0), kept)
+            if apart[n, j] < nearest:
+                return n
+    return -1
 
 
 def first_blocked(s: ControllerState, states: Array, config: ControllerConfig) -> int | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.end_time import LEAST_TIME
-from rti_mpcc.ocp.objectives import HorizonObjective
+from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import apart
 from rti_mpcc.state import Arrival, ControllerState, Phase
 
@@ -24,13 +25,11 @@ SOON = 1.0  # [s] within which a plan that drives on does so
 def scheduled(s: ControllerState, context: PlanningContext) -> ControllerState:
     """Choose between contouring and a planned arrival. A suspended search is resumed unless the target has
     moved."""
-    started, pose = s.plans.suspended, context.target.pose
-    if started is not None and apart(started.target.pose, pose) <= TARGET_MOVED:
+    started = s.plans.suspended
+    if started is not None and apart(started.target.pose, context.target.pose) <= TARGET_MOVED:
         return replace(s, task=replace(s.task, arrival=started.arrival))
     s = s.suspending(None)
-    arrival = None
-    if arrives(s, context):
-        arrival = Arrival(latest=_latest(context), timed_for=pose)
+    arrival = _arrival(context) if arrives(s, context) else None
     return replace(s, task=replace(s.task, arrival=arrival))
 
 
@@ -43,7 +42,7 @@ def rescheduled(s: ControllerState, context: PlanningContext) -> ControllerState
     moved = apart(arrival.timed_for, pose) > TARGET_MOVED
     lost = bool(s.queue) and context.start_time - s.queue[-1].begins > context.config.longest_cycle
     if moved or lost or s.task.yielding is not None or _held_up(s, context):
-        later = Arrival(latest=max(_latest(context), arrival.latest), timed_for=pose)
+        later = _arrival(context, arrival.objective.latest)
     else:
         due = ends - context.start_time <= LEAST_TIME + DUE
         since = (context.now if arrival.overdue_since is None else arrival.overdue_since) if due else None
@@ -90,5 +89,7 @@ def duration(context: PlanningContext) -> float:
     return paced_time(context.distance, context.speed, context.config, context.profile, theta)
 
 
-def _latest(context: PlanningContext) -> float:
-    return context.start_time + LATEST * duration(context)
+def _arrival(context: PlanningContext, latest: float = -inf) -> Arrival:
+    """At the target, from here; it may end as late as `latest` [s] in any case."""
+    latest = max(context.start_time + LATEST * duration(context), latest)
+    return Arrival(objective=ArrivalAtRest(latest=latest), timed_for=context.target.pose)

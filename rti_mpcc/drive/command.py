@@ -93,7 +93,7 @@ def command(
         iterations=iterations,
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=attempt is not None and attempt.retried,
-        slack=float(solutions[-1].slack.max()) if solutions else 0.0,
+        slack=solutions[-1].most_slack if solutions else 0.0,
         target=target,
         goal=s.goal.estimate,
         time_to_go=None if arrives_at is None else arrives_at - (s.clock.now + s.vehicle.dead_time),

@@ -101,7 +101,8 @@ explains as much."""
 def sent(
     s: ControllerState, control: ControlInput, begins: float, begin: Array, config: ControllerConfig
 ) -> ControllerState:
-    """With `control` on its way, acting from `begins` [s] on, in the state `begin` (6,)."""
+    """With `control` on its way, acting from `begins` [s] on, in the state `begin` (6,): there the next cycle
+    looks for its progress."""
     actuators, cycle, limits = s.vehicle.actuators, config.cycle, config.limits
     drive, steering = actuators
     before = s.sent[-1].acting(begins, actuators) if s.sent else (0.0, 0.0)
@@ -129,7 +130,7 @@ def sent(
     if not earlier:  # an actuator that waits is sent this for a while
         still = replace(actuation, acceleration=0.0, steering_rate=0.0, speed=speed, steering=angle)
         earlier = (replace(still, begins=begins - cycle),)
-    return replace(s, queue=queue, sent=(*earlier, actuation))
+    return replace(s, queue=queue, sent=(*earlier, actuation), start_state=begin)
 
 
 def _led(last: float, at_rest: float, comfort: float, seconds: float) -> float:

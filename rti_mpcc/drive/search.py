@@ -270,7 +270,7 @@ def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) ->
 def _corridor_infeasible(
     solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
 ) -> bool:
-    if float(solution.slack.max()) > BLOCKED_SLACK:
+    if solution.most_slack > BLOCKED_SLACK:
         return True
     end, (position, heading) = solution.trajectory.states[-1], GOAL_CLIP
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
@@ -290,9 +290,8 @@ def rejection_reason(
     most = 1.0 + INPUT_EXCESS
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
-    slack = float(solution.slack.max())
-    if slack > BLOCKED_SLACK + float(solution.slack[0]):
-        return f"the plan leaves the corridor by {slack:.2f} m"
+    if solution.most_slack > BLOCKED_SLACK + float(solution.slack[0]):
+        return f"the plan leaves the corridor by {solution.most_slack:.2f} m"
     found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
     if found.drift > POSITION_DEFECT or found.turn > HEADING_DEFECT:
         return f"the plan breaks the dynamics by {found.drift:.2f} m and {np.degrees(found.turn):.1f} deg"

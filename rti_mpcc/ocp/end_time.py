@@ -25,7 +25,7 @@ import numpy as np
 from geometry.compiled import Array1, Array2, Out1, Out2, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import pose_rate
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.objectives import ComfortWeights, StageWeights
 from rti_mpcc.ocp.stage_cost import excess_cost
 from rti_mpcc.types import Array
@@ -101,16 +101,19 @@ def _stretched(
     return effort
 
 
-def stretched_times(begin: float, lengths: Array, change: float) -> Array:
-    """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
-    times = np.empty(len(lengths) + 1)
-    _stretch(begin, lengths, change, times)
-    return times
+def stretched_times(times: Array, lengths: Array, change: float, controls: Array) -> Array:
+    """The stages' ends `times` (N+1,) [s] with T changed by so much [s]; the progress of `controls` (N, 3)
+    keeps to its stages."""
+    later = np.empty(len(times))
+    _stretch(times, lengths, change, controls, later)
+    return later
 
 
 @kernel
-def _stretch(begin: float, lengths: Array1, change: float, times: Out1) -> None:
+def _stretch(times: Array1, lengths: Array1, change: float, controls: Out2, later: Out1) -> None:
     factor = 1.0 + change / np.sum(lengths[1:])
-    times[0], times[1] = begin, begin + lengths[0]
+    later[0], later[1] = times[0], times[0] + lengths[0]
     for k in range(1, len(lengths)):
-        times[k + 1] = times[k] + factor * lengths[k]
+        later[k + 1] = later[k] + factor * lengths[k]
+    for k in range(len(lengths)):
+        controls[k, THETA_DOT] *= (times[k + 1] - times[k]) / (later[k + 1] - later[k])

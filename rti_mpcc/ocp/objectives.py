@@ -73,7 +73,7 @@ class StageWeights:
     @property
     def follows_path(self) -> bool:
         """Whether any stage counts its Frenet errors."""
-        return bool(self.lag.any() or self.contouring.any() or self.heading.any())
+        return any(map(np.count_nonzero, (self.lag, self.contouring, self.heading)))
 
 
 @dataclass(frozen=True, slots=True)
