@@ -25,10 +25,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("projection", ("geometry.part:PathPart.project",)),
     (
         "context, arrival time",
-        (
-            "rti_mpcc.course.workspace:Workspaces.of",
-            "rti_mpcc.course.workspace:Workspace.context",
-        ),
+        ("rti_mpcc.course.workspace:Workspace.context",),
     ),
     ("shift of the last plan", ("rti_mpcc.controller:resample",)),
     (

@@ -31,7 +31,7 @@ from rti_mpcc.course.transitions import (
     transition_on,
     without_route,
 )
-from rti_mpcc.course.workspace import Workspace, Workspaces
+from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import fallback, first_plan, holding, limiter
 from rti_mpcc.drive.command import ControlDecision, command, emergency, status_of
 from rti_mpcc.drive.driving import driven
@@ -146,7 +146,7 @@ class DockingController:
         make_ready()
         given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
         self.config, self.state, self._replanner = config, replace(state, vehicle=given), replanner
-        self._workspaces = Workspaces(state, config)
+        self._workspace = Workspace(state, config)
         self._perception = Perception(config)
         _log.info("%s", _proportions(config))
 
@@ -269,9 +269,9 @@ class DockingController:
         try:
             s, detections, remarks = self._known(s, state, now, goal, measurements, obstacles)
             s = self._on_route(s, clock)
-            s, context, w = self._on_segment(s, clock)
-            after, decision = driven(s, context, w)
-            after, answer = self._sent(s, after, decision, context, clock, detections, remarks)
+            s, context = self._on_segment(s, clock)
+            after, decision = driven(s, context)
+            after, answer = self._sent(s, after, decision, context, detections, remarks)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -281,7 +281,7 @@ class DockingController:
 
     def problem(self) -> QpProblem:
         """The QP that was solved last on the active segment, for study off line; zeros if none was."""
-        return self._workspaces.core(self.state).problem()
+        return self._workspace.core(self.state).problem()
 
     # -- what comes in ------------------------------------------------------------------------------
 
@@ -310,22 +310,20 @@ class DockingController:
             return s
         return self._reachability_checked(self._replanner.routed(s), clock)
 
-    def _on_segment(
-        self, s: ControllerState, clock: CycleClock
-    ) -> tuple[ControllerState, PlanningContext, Workspace]:
+    def _on_segment(self, s: ControllerState, clock: CycleClock) -> tuple[ControllerState, PlanningContext]:
         """Where the command will start to act, on the segment of that time."""
         s = self._targeted(s)
         if s.vehicle.monitor.relocalised:
             # A vehicle that holds inside the tolerance stays there.
             s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
-        w = self._workspaces.of(s, clock)
-        context = w.context(s)
+        context = self._workspace.context(s, clock)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context):
             s = self._targeted(next_segment(s))
-            w = self._workspaces.of(s, clock)
-            context = w.context(s)
+            context = self._workspace.context(s, clock)
         after = on_course(s, context)
-        return after, context if after.task.stop is s.task.stop else w.context(after), w
+        if after.task.stop is not s.task.stop:
+            context = self._workspace.context(after, clock, context.state)
+        return after, context
 
     def _reachability_checked(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Before a given path is started, check that the goal is reached from its last change of direction.
@@ -339,15 +337,14 @@ class DockingController:
         segment = trial.task.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-        w = replace(self._workspaces.of(trial, clock), start=start)
-        reaches = first_plan.ends_at_goal(trial, w.context(trial), w)
+        reaches = first_plan.ends_at_goal(trial, self._workspace.context(trial, clock, start))
         assert s.route is not None
         wanted = OUT_OF_REACH if reaches is False else s.route.request
         return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
 
     def _targeted(self, s: ControllerState) -> ControllerState:
         """With the present target of the segment."""
-        target = self._workspaces.target(s)
+        target = self._workspace.target(s)
         return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------
@@ -358,7 +355,6 @@ class DockingController:
         after: ControllerState,
         decision: ControlDecision,
         context: PlanningContext,
-        clock: CycleClock,
         detections: tuple[Judgement, ...],
         remarks: tuple[str, ...],
     ) -> tuple[ControllerState, Command]:
@@ -372,8 +368,8 @@ class DockingController:
         after = _retried(after, status, decision.verdict.reason)
         remarks = (*remarks, *goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
         if self._replanner is not None:
-            after = self._replanner.planned_on(after, clock)
-        aimed, at = context.target.pose, context.state
+            after = self._replanner.planned_on(after, context.clock)
+        aimed, at, clock = context.target.pose, context.state, context.clock
         return after, command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:

@@ -9,14 +9,16 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from geometry.pose import offset
+from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.course import route_start
 from rti_mpcc.course.speed_profile import ComfortSpeeds
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.ocp.targets import Target, stop_on
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array, Trajectory
 from rti_mpcc.world.vehicle import predicted
@@ -43,7 +45,8 @@ class PlanningContext:
         error: pose at `start_time` in the target's frame (longitudinal, lateral, heading).
         standing_error: the same, at rest averaged over the last moments.
         tolerance: (longitudinal, lateral, heading) of the target.
-        config: the settings, with the limits of the segment.
+        config: the settings, with the limits of the segment; mpcc: the core of it.
+        clock: what time decides in this cycle.
     """
 
     now: float
@@ -64,6 +67,8 @@ class PlanningContext:
     standing_error: Pose2
     tolerance: tuple[float, float, float]
     config: ControllerConfig
+    mpcc: RtiMpcc
+    clock: CycleClock
 
     @property
     def deceleration(self) -> float:
@@ -108,11 +113,13 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
 
 
 def context_of(
-    s: ControllerState, reached: Array, profile: ComfortSpeeds, target: Target, config: ControllerConfig
+    s: ControllerState, reached: Array, mpcc: RtiMpcc, profile: ComfortSpeeds, clock: CycleClock
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
     monitor, now, task = s.vehicle.monitor, s.clock.now, s.task
-    state, part = reached.tolist(), task.segment.part
+    state, part, config = reached.tolist(), task.segment.part, mpcc.config
+    assert task.target is not None
+    target = task.target if task.stop is None else stop_on(part, task.stop.at)
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     along, distance = distance_left(here, theta, on_path, part.direction, target)
@@ -141,6 +148,8 @@ def context_of(
         standing_error=error if stands is here else stands.relative_to(target.pose),
         tolerance=task.tolerance,
         config=config,
+        mpcc=mpcc,
+        clock=clock,
     )
 
 

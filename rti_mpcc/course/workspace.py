@@ -1,7 +1,7 @@
-"""What a cycle works with on the active segment: its core, its settings, and the clock.
+"""What is made once for the active segment: its core, the clearance along it, its speed profile, its target.
 
 A core is made anew for each segment. All else is a cache: but for what a core's solver keeps, the same state
-gives the same workspace.
+gives the same context.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rti_mpcc.course.speed_profile import ComfortSpeeds, speed_profile_of
 from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.ocp.side_clearance import side_clearance_along, with_obstacles
-from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
+from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array
 from rti_mpcc.world.surroundings import warn_if_narrow
@@ -28,29 +28,6 @@ from rti_mpcc.world.surroundings import warn_if_narrow
 CUSP_SHIFT = 0.7  # of the tolerance at a cusp: so far beside it may the pose be (docs/decisions/13-cusps.md)
 
 _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Workspace:
-    """What the functions of a cycle share.
-
-    Attributes:
-        mpcc: core of the segment, with its settings; profile: of it.
-        start: state (6,) where the command of this cycle begins to act.
-        clock: what time decides in this cycle.
-    """
-
-    mpcc: RtiMpcc
-    profile: ComfortSpeeds
-    start: Array
-    clock: CycleClock
-
-    def context(self, s: ControllerState) -> PlanningContext:
-        """The start against the target: a stop, or the segment's own."""
-        part, task = self.mpcc.part, s.task
-        assert task.target is not None
-        target = task.target if task.stop is None else stop_on(part, task.stop.at)
-        return context_of(s, self.start, self.profile, target, self.mpcc.config)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,8 +40,8 @@ class _Active:
     profile: ComfortSpeeds
 
 
-class Workspaces:
-    """Makes the workspace of each cycle, and keeps what is the same as in the last one."""
+class Workspace:
+    """Makes what each cycle plans in, and keeps what is the same as in the last one."""
 
     def __init__(self, s: ControllerState, config: ControllerConfig) -> None:
         self._settings = config
@@ -110,11 +87,12 @@ class Workspaces:
             self._active = self._beside(active.segment, active.mpcc, corridor)
         return self._active.mpcc
 
-    def of(self, s: ControllerState, clock: CycleClock) -> Workspace:
-        """The workspace of a cycle in which the state is `s`."""
+    def context(self, s: ControllerState, clock: CycleClock, start: Array | None = None) -> PlanningContext:
+        """What a cycle plans in, from `start` (6,); None: from where its command starts to act."""
         mpcc = self.core(s)
-        start = start_of(s, mpcc.part, mpcc.config)
-        return Workspace(mpcc=mpcc, profile=self._active.profile, start=start, clock=clock)
+        if start is None:
+            start = start_of(s, mpcc.part, mpcc.config)
+        return context_of(s, start, mpcc, self._active.profile, clock)
 
     def target(self, s: ControllerState) -> Target:
         """The target of the active segment."""

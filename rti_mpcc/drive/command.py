@@ -175,13 +175,9 @@ def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
     )
 
 
-def why_stalled(
-    s: ControllerState,
-    context: PlanningContext,
-    side_clearance: SideClearance | None,
-) -> str:
-    """Why no plan ends inside the tolerance, or "". `side_clearance`: along the segment, or None."""
-    config = context.config
+def why_stalled(s: ControllerState, context: PlanningContext) -> str:
+    """Why no plan ends inside the tolerance, or ""."""
+    config, side_clearance = context.config, context.mpcc.side_clearance
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END

@@ -12,7 +12,6 @@ from rti_mpcc.course.collision_check import CLEAR_DISTANCE, Overlap
 from rti_mpcc.course.conditions import GIVE_UP_TIME, replan_due, standing_since
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.transitions import Event, plan_accepted, transition_by_condition, transition_on
-from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import escape, fallback, holding, limiter, search
 from rti_mpcc.drive.command import ControlDecision, meeting, what_blocks, why_stalled, why_yielding
 from rti_mpcc.drive.first_plan import first_plan
@@ -38,40 +37,40 @@ class Driven(NamedTuple):
     decision: ControlDecision
 
 
-def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def driven(s: ControllerState, context: PlanningContext) -> Driven:
     """What is driven in this cycle: a plan that came too late is not."""
-    after, decision = _decided(s, context, w)
-    if w.clock.late() and decision.control.source is Source.SOLUTION:
+    after, decision = _decided(s, context)
+    if context.clock.late() and decision.control.source is Source.SOLUTION:
         late = Reason.LATE.message
-        last = _continue_plan(after, s, context, w, late, decision.attempt, whole=False)
-        after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
+        last = _continue_plan(after, s, context, late, decision.attempt, whole=False)
+        after, decision = last or _stop(after, context, Verdict(Reason.LATE), attempt=decision.attempt)
     return Driven(after, decision)
 
 
-def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _decided(s: ControllerState, context: PlanningContext) -> Driven:
     """What safety asks for comes before what the phase asks for."""
     since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
     overlap = collision_check.overlap_now(s, context)
     if overlap is not None:
-        return _in_contact(s, context, w, overlap)
+        return _in_contact(s, context, overlap)
     if context.doubt:
-        return _doubt(s, context, w)
+        return _doubt(s, context)
     beyond = limiter.exceeded(s.vehicle.disturbance, context.config)
     if beyond:
-        return _give_up(s, context, w, beyond)
+        return _give_up(s, context, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
         s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
         rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
-        return _stop(s, context, w, rejected, along=s.plans.driven)
-    s = transition_by_condition(_watching(s, context, w), context)
+        return _stop(s, context, rejected, along=s.plans.driven)
+    s = transition_by_condition(_watching(s, context), context)
     s = schedule.rescheduled(s, context)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
     waiting = "" if stays else conditions.must_wait(s, context)
     if waiting and s.is_stationary:
-        return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
-    return _BY_PHASE[s.task.phase](s, context, w)
+        return _stop(transition_on(s, Event.GOAL_LOST), context, Verdict(Reason.GOAL_UNCERTAIN, waiting))
+    return _BY_PHASE[s.task.phase](s, context)
 
 
 def _none_accepted(s: ControllerState) -> str:
@@ -84,23 +83,23 @@ def _none_accepted(s: ControllerState) -> str:
 # -- what the phases ask for --------------------------------------------------------------------------
 
 
-def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _start(s: ControllerState, context: PlanningContext) -> Driven:
     """Search a first plan."""
     stands, stop_reason = s.is_stationary, s.task.stop_reason
     if stands and not replan_due(s, context):
-        return _stop(s, context, w, Verdict(Reason.RETRIES_SOON, stop_reason))
-    turning = _turning_wheels(s, context, w)
+        return _stop(s, context, Verdict(Reason.RETRIES_SOON, stop_reason))
+    turning = _turning_wheels(s, context)
     if turning is not None:
         return turning
     if stands and s.route is not None and s.route.request:
-        return _wait_for_route(s, context, w)
-    s, attempt = first_plan(s, context, w)
+        return _wait_for_route(s, context)
+    s, attempt = first_plan(s, context)
     if stands and s.route is not None and s.route.request:
-        return _wait_for_route(s, context, w)
+        return _wait_for_route(s, context)
     if not attempt.problem:
-        return _accept(s, context, w, attempt, s.plans.solution)
+        return _accept(s, context, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not stop_reason):
-        last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=False)
+        last = _continue_plan(s, s, context, attempt.problem, attempt, whole=False)
         if last is not None:
             return last
     task = s.task
@@ -111,10 +110,10 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         task = replace(task, last_attempt=s.clock.now)
     verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
     firm = context.config.firm_deceleration
-    return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
+    return _stop(replace(s, task=task), context, verdict, firm, attempt)
 
 
-def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven | None:
+def _turning_wheels(s: ControllerState, context: PlanningContext) -> Driven | None:
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
     angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
     near = theta - s.task.segment.part.start <= WHEELS_REACH * context.config.size
@@ -125,74 +124,74 @@ def _turning_wheels(s: ControllerState, context: PlanningContext, w: Workspace) 
     return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
 
 
-def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _drive(s: ControllerState, context: PlanningContext) -> Driven:
     """Continue with the plan, unless another one is needed and found."""
-    if _needs_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w)
+    if _needs_another_plan(s, context):
+        s, decision = _change_over(s, context)
         if decision is not None:
             return Driven(s, decision)
     successor = schedule.successor_due(s, context)
     if successor is not None:
         s = replace(s, task=replace(s.task, successor=successor), plans=replace(s.plans, solution=None))
-    return _iterate(s, context, w)
+    return _iterate(s, context)
 
 
-def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _settle(s: ControllerState, context: PlanningContext) -> Driven:
     wanted = fallback.settling_deceleration(context)
-    return _stop(s, context, w, Verdict(Reason.SETTLES), wanted)
+    return _stop(s, context, Verdict(Reason.SETTLES), wanted)
 
 
-def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _stay(s: ControllerState, context: PlanningContext) -> Driven:
     """Brake along the last plan and stand until a route is planned; behind a passed goal, in its reach."""
     if not conditions.passes_target(s, context):
-        why = why_stalled(s, context, w.mpcc.side_clearance)
+        why = why_stalled(s, context)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
-        return _stop(s, context, w, stalled, along=s.plans.driven)
+        return _stop(s, context, stalled, along=s.plans.driven)
     in_reach = GOAL_REACH + context.along
     wanted = fallback.braking_over(in_reach, context.speed, context.config.firm_deceleration, context.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
-    return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
+    return _stop(s, context, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 
 
-def _wait_for_route(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _wait_for_route(s: ControllerState, context: PlanningContext) -> Driven:
     """Stand, or brake to a standstill, while a route is planned, or if there is none."""
     route = s.route
     assert route is not None
     why, last = route.request or route.replan_reason, route.manoeuvre
     if s.goal_pose is None:
-        return _stop(s, context, w, Verdict(Reason.PLANS_ROUTE, "there is no goal yet"))
+        return _stop(s, context, Verdict(Reason.PLANS_ROUTE, "there is no goal yet"))
     none = last is not None and not last.found and why == last.reason
-    return _stop(s, context, w, Verdict(Reason.NO_ROUTE if none else Reason.PLANS_ROUTE, why))
+    return _stop(s, context, Verdict(Reason.NO_ROUTE if none else Reason.PLANS_ROUTE, why))
 
 
-def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _wait(s: ControllerState, context: PlanningContext) -> Driven:
     """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
     wanted = context.config.limits.acceleration if s.task.at_once else context.config.comfort_acceleration
-    return _stop(s, context, w, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
+    return _stop(s, context, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
 
 
-def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _hold(s: ControllerState, context: PlanningContext) -> Driven:
     reason, stop = _STANDS_AT[s.task.end], s.task.stop
     if reason is Reason.DOCKED:
-        return _hold_at_goal(s, context, w)
+        return _hold_at_goal(s, context)
     about = "" if stop is None else what_blocks(stop, context)
-    return _stop(s, context, w, Verdict(reason, about))
+    return _stop(s, context, Verdict(reason, about))
 
 
-def _hold_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
     """Stay at the dock; docked once the vehicle is found to stay there."""
     s = holding.start_hold(s, context)
     hold = s.task.hold
     assert hold is not None
-    verdict = _at_goal(s, context, w) if hold.docked else Verdict(Reason.SETTLES)
+    verdict = _at_goal(s, context) if hold.docked else Verdict(Reason.SETTLES)
     if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
-        return _stop(s, context, w, verdict)
+        return _stop(s, context, verdict)
     motion = fallback.braking(context, context.config.comfort_acceleration)
     control, hold = holding.control(hold, s, context)
     return Driven(holding.balanced(s, hold, context.config), ControlDecision(control, verdict, motion))
 
 
-def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+def _at_goal(s: ControllerState, context: PlanningContext) -> Verdict:
     """Whether the goal that the vehicle stands at is the given one, and was detected."""
     goal = s.goal
     if goal_setpoint.never_seen(goal, context.config):
@@ -229,14 +228,14 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace
+    s: ControllerState, context: PlanningContext
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
     An arrival that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later,
     from nearer.
     """
-    found, attempt = first_plan(s, context, w)
+    found, attempt = first_plan(s, context)
     cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context)
     if cruises:
         in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
@@ -245,32 +244,32 @@ def _change_over(
     if in_vain:
         return replace(s, route=found.route, task=replace(s.task, last_attempt=s.clock.now)), None
     if not attempt.problem:
-        return _accept(found, context, w, attempt, found.plans.solution)
+        return _accept(found, context, attempt, found.plans.solution)
     after = s.suspending(found.plans.suspended)
     if too_late:
         firm = context.config.firm_deceleration
-        return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
+        return _stop(after, context, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
     return after, None
 
 
-def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _iterate(s: ControllerState, context: PlanningContext) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
     start = search.from_last(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid)
-    attempt = search.converge(w.mpcc, s, context, start, w.clock)
+    attempt = search.converge(s, context, start)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        clean = search.converge(w.mpcc, s, context, search.clean(valid), w.clock)
+        clean = search.converge(s, context, search.clean(valid))
         attempt = attempt.then(replace(clean, retried=True))
     if not attempt.problem:
-        return _accept(s, context, w, attempt, attempt.solved)
+        return _accept(s, context, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
-    last = _continue_plan(s, s, context, w, attempt.problem, attempt, whole=suspended is None)
-    return last or _give_up(s, context, w, attempt.problem, attempt)
+    last = _continue_plan(s, s, context, attempt.problem, attempt, whole=suspended is None)
+    return last or _give_up(s, context, attempt.problem, attempt)
 
 
-def _needs_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+def _needs_another_plan(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the arrival should start, or the driven plan misses the target. An old plan is iterated first,
     unless the vehicle halts."""
     plan, accepted = s.plans.driven, s.plans.accepted_at
@@ -294,13 +293,12 @@ def _ends_elsewhere(s: ControllerState, plan: Trajectory, context: PlanningConte
 def _accept(
     s: ControllerState,
     context: PlanningContext,
-    w: Workspace,
     attempt: SqpResult,
     solution: Solution | None,
 ) -> Driven:
     """Drive the plan of this cycle, unless it must not be. The next cycle resumes `solution`."""
     plan = attempt.plan
-    s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
+    s, decision = _follow_plan(s, context, plan, attempt)
     if decision.control.source is Source.SOLUTION:
         return Driven(plan_accepted(s, plan, solution), decision)
     return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
@@ -310,7 +308,6 @@ def _continue_plan(
     s: ControllerState,
     before: ControllerState,
     context: PlanningContext,
-    w: Workspace,
     problem: str,
     attempt: SqpResult | None = None,
     *,
@@ -320,37 +317,35 @@ def _continue_plan(
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context)
     if plan is None:
         return None
-    return _follow_plan(s, context, w, plan, Source.SHIFTED_PLAN, attempt, problem=problem, whole=whole)
+    return _follow_plan(s, context, plan, attempt, problem=problem, whole=whole)
 
 
-def _doubt(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+def _doubt(s: ControllerState, context: PlanningContext) -> Driven:
     """Continue the last plan for a moment, by the estimate; then brake."""
     monitor = s.vehicle.monitor
     short = context.now - monitor.since <= context.config.plausibility.blind
     if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
-        last = _continue_plan(s, s, context, w, context.doubt)
+        last = _continue_plan(s, s, context, context.doubt)
         if last is not None:
             doubted = Verdict(Reason.STATE_DOUBTED, str(last.decision.verdict))
             return Driven(last.s, replace(last.decision, verdict=doubted))
-    return _give_up(s, context, w, context.doubt)
+    return _give_up(s, context, context.doubt)
 
 
 def _give_up(
-    s: ControllerState, context: PlanningContext, w: Workspace, problem: str, attempt: SqpResult | None = None
+    s: ControllerState, context: PlanningContext, problem: str, attempt: SqpResult | None = None
 ) -> Driven:
     """Brake to a standstill, and plan anew."""
     firm = context.config.firm_deceleration
     after = transition_on(s, Event.PLAN_LOST)
     after = s if after is s else replace(after, task=replace(after.task, stop_reason=problem))
-    return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
+    return _stop(after, context, Verdict(Reason.NO_PLAN, problem), firm, attempt)
 
 
 def _follow_plan(
     s: ControllerState,
     context: PlanningContext,
-    w: Workspace,
     plan: Trajectory,
-    source: Source,
     attempt: SqpResult | None,
     *,
     problem: str = "",
@@ -358,7 +353,7 @@ def _follow_plan(
 ) -> Driven:
     """Drive a plan that is clear as far as a stop needs (`whole`: to its end), to a goal that is certain.
 
-    `problem`: why the plan is not of this cycle.
+    `problem`: why the plan is not of this cycle, "" if it is.
     """
     config = context.config
     need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
@@ -372,16 +367,17 @@ def _follow_plan(
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
             s = meeting(s, plan, distance, late, context.config)
-        return _stop(s, context, w, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
+        return _stop(s, context, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = conditions.must_wait(s, context)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
-        return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
-    verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w)
+        return _stop(s, context, uncertain, attempt=attempt, along=plan)
+    verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context)
+    source = Source.SHIFTED_PLAN if problem else Source.SOLUTION
     return Driven(s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt))
 
 
-def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
     unseen = goal_setpoint.remark(s.goal)
     if s.task.stop is not None:
         return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context))
@@ -391,7 +387,7 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
 # -- what is in the way -----------------------------------------------------------------------------------
 
 
-def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
+def _in_contact(s: ControllerState, context: PlanningContext, overlap: Overlap) -> Driven:
     """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
     s = transition_on(s, Event.OVERLAP)
     s = replace(s, task=replace(s.task, yielding=Yielding()))
@@ -406,10 +402,10 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
     shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = context.config.comfort_acceleration if shallow else context.config.limits.acceleration
-    return _stop(s, context, w, Verdict(Reason.OVERLAP, str(overlap)), wanted)
+    return _stop(s, context, Verdict(Reason.OVERLAP, str(overlap)), wanted)
 
 
-def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> ControllerState:
+def _watching(s: ControllerState, context: PlanningContext) -> ControllerState:
     """Halt if the driven plan is not clear of what has changed or moves."""
     plan, area = s.plans.driven, s.area
     changed = s.plans.clear_of != area.changes
@@ -448,7 +444,6 @@ def _yielding(s: ControllerState, distance: float, need: float) -> ControllerSta
 def _stop(
     s: ControllerState,
     context: PlanningContext,
-    w: Workspace,
     verdict: Verdict,
     deceleration: float | None = None,
     attempt: SqpResult | None = None,

@@ -10,7 +10,6 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import collision_check, route_start, schedule
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.transitions import plan_found
-from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import search
 from rti_mpcc.drive.search import ITERATIONS, SqpResult
 from rti_mpcc.model.layout import V
@@ -29,7 +28,7 @@ class Found(NamedTuple):
     attempt: SqpResult
 
 
-def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
+def first_plan(s: ControllerState, context: PlanningContext) -> Found:
     """The first plan to the end of the course; a search that ran out of time is resumed.
 
     From rest, a route past what blocks the segment is asked for first; likewise one in place of a plan that
@@ -39,14 +38,14 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
         return _requested(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
     started = s.plans.suspended
     s = schedule.scheduled(s, context)
-    after, attempt = _from_guess(s, context, w)
+    after, attempt = _from_guess(s, context)
     attempt = _unless_into_a_wall(after, attempt, context)
     found = Found(after if attempt.problem else plan_found(after), attempt)
     if attempt.out_of_time or not context.free or s.route is None or s.route.fixed:
         return found
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
-        found = _reaching(found, context, started, w)
+        found = _reaching(found, context, started)
         if found.attempt.out_of_time:
             return found._replace(s=s.suspending(found.s.plans.suspended))
     why = found.attempt.problem
@@ -69,18 +68,18 @@ def _requested(s: ControllerState, found: Found, why: str) -> Found:
     return found._replace(s=replace(s, route=replace(s.route, request=why)))
 
 
-def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
+def ends_at_goal(s: ControllerState, context: PlanningContext) -> bool | None:
     """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
     s = schedule.scheduled(s.suspending(None), context)
     if s.task.arrival is None:
         return None
-    found = _reaching(_from_guess(s, context, w), context, None, w)
+    found = _reaching(_from_guess(s, context), context, None)
     if found.attempt.out_of_time:
         return None
     return search.reaches(found.attempt, context, ACCEPTED_MISS)
 
 
-def _reaching(found: Found, context: PlanningContext, started: SuspendedSearch | None, w: Workspace) -> Found:
+def _reaching(found: Found, context: PlanningContext, started: SuspendedSearch | None) -> Found:
     """A first plan that misses the goal is iterated further, as many times again."""
     s, attempt = found
     before = 0 if started is None else started.iterations
@@ -89,16 +88,16 @@ def _reaching(found: Found, context: PlanningContext, started: SuspendedSearch |
     if not (context.free and missed) or done >= 2 * ITERATIONS:
         return found
     start = replace(search.further(attempt), least=1, reaching=True)
-    more = search.converge(w.mpcc, s, context, start, w.clock)
+    more = search.converge(s, context, start)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
     return Found(search.suspended(s.iterated(more.solved), context, attempt, before), attempt)
 
 
-def _from_guess(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
+def _from_guess(s: ControllerState, context: PlanningContext) -> Found:
     """Iterate from a first guess, or resume the suspended search."""
-    guess, started = search.first_guess(w.mpcc, s, context), s.plans.suspended
+    guess, started = search.first_guess(s, context), s.plans.suspended
     start = search.from_guess(guess) if started is None else search.resumed(started, guess)
-    attempt = search.converge(w.mpcc, s, context, start, w.clock)
+    attempt = search.converge(s, context, start)
     return Found(search.suspended(s.iterated(attempt.solved), context, attempt), attempt)
 
 

@@ -9,9 +9,8 @@ from math import hypot, radians
 import numpy as np
 
 from geometry.arrays import all_finite
-from rti_mpcc.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.clock import TIME_IS_UP
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.course import schedule
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.guess import arrival_guess, cruise_guess
@@ -157,27 +156,25 @@ def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     )
 
 
-def converge(
-    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
-) -> SqpResult:
+def converge(s: ControllerState, context: PlanningContext, start: InitialIterate) -> SqpResult:
     """Iterate until the last iterate can be driven, or the time is up."""
     solutions: list[Solution] = []
     problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
     last, guess = start.last, start.guess
     while len(solutions) < start.most:
-        out_of_time = not clock.grants()
+        out_of_time = not context.clock.grants()
         if out_of_time:
             problem = problem or NO_TIME
             break
         begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
-        found = _iterate(mpcc, s, context, begin, clock)
+        found = _iterate(s, context, begin)
         solutions.append(found)
         if found.solved:
             last, guess = found, None
         unsolved += not found.solved
-        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance)
+        problem = rejection_reason(found, context.config, s.vehicle.disturbance)
         corridor_infeasible = start.first and _corridor_infeasible(
-            found, context.target, mpcc.config, arriving=s.task.arrival is not None
+            found, context.target, context.config, arriving=s.task.arrival is not None
         )
         out_of_time = _was_cut(found)
         enough = len(solutions) >= start.least or _settled(solutions, start.settled)
@@ -206,10 +203,9 @@ def _was_cut(solution: Solution) -> bool:
     return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
 
 
-def _iterate(
-    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, start: InitialIterate, clock: CycleClock
-) -> Solution:
+def _iterate(s: ControllerState, context: PlanningContext, start: InitialIterate) -> Solution:
     """One real-time iteration."""
+    mpcc, clock = context.mpcc, context.clock
     mpcc.prepare(
         context.start_time,
         target=context.target,
@@ -252,9 +248,9 @@ def suspended(
     return s.suspending(search)
 
 
-def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
+def first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
-    config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
+    config, arrival, part, target = context.config, s.task.arrival, context.mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
