@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from geometry import Corridor, PathPart, PathReference
+from geometry.compiled import Out1
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.frenet import FrenetErrors
