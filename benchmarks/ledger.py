@@ -9,27 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from itertools import chain
+from math import nan
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 import osqp
+import pandas as pd
 import piqp
 from scipy import sparse
 
 from benchmarks.figures import relative_change
-from benchmarks.phases import found
 from benchmarks.workload import Drive, feed
 from benchmarks.yardstick import Problem, quiet, set_up
-from rti_mpcc.config import ControllerConfig, SolverSettings
+from rti_mpcc.config import SolverSettings
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.docking import DockingController
-from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.qp.pattern import CONTROL_UNITS, build_pattern
+from rti_mpcc.qp.pattern import CONTROL_UNITS
 from rti_mpcc.qp.problem import QpProblem
+from rti_mpcc.qp.solver import QpSolver
 from rti_mpcc.simulation import load_scenario, simulate, summary
-from rti_mpcc.types import Array, Command, Index
+from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.types import Array, Index
 
 REFERENCE = 1e-9
 SAMPLED = 100
@@ -37,121 +38,69 @@ SAMPLED = 100
 FINAL_APPROACH = 5.0
 """An arrival is called final approach from so much time to go on [s]."""
 TIGHT = SolverSettings(tolerance=1e-7, max_iterations=20_000)
-SOLVE = "rti_mpcc.qp.solver:QpSolver.solve"
-FEEDBACK = "rti_mpcc.controller:RtiMpcc.feedback"
 KINDS = ("cruise", "arrival", "final approach", "not the last of its cycle")
 """Of QPs: by the objective of their cycle. Only the control of a cycle's last QP is driven."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
-    """One accepted QP.
+def entries_of(drive: Drive) -> list[dict[str, Any]]:
+    """The ledger of one drive, fed to a fresh controller: `judged`, and the kind, of each accepted QP.
 
-    Attributes:
-        kind: index in `KINDS`.
-        acceleration, steering_rate: error of the first control [m/s²], [rad/s]; nan: there is no reference.
-        cost: error of the cost over its scale, which is the larger of 1 and the cost itself.
-        iterations: of OSQP.
-        spread: between the references of PIQP and OSQP, the largest of [m/s²], [rad/s]; nan: not sampled.
+    QPs are judged once the cycle is over. Not before: what is raised within a cycle the controller takes for
+    its own mistake, and brakes.
     """
-
-    kind: int
-    acceleration: float
-    steering_rate: float
-    cost: float
-    iterations: int
-    spread: float
-
-
-def entries_of(drive: Drive) -> list[Entry]:
-    """The ledger of one drive, fed to a fresh controller."""
-    ledger = _Ledger()
-    solve, feedback = found(SOLVE), found(FEEDBACK)
+    entries: list[dict[str, Any]] = []
+    results: list[Any] = []
+    fresh: list[tuple[QpProblem, Index, Any]] = []
+    solve, feedback = QpSolver.solve, RtiMpcc.feedback
 
     def solving(*args: Any, **kwargs: Any) -> Any:
-        ledger.result = solve[2](*args, **kwargs)
-        return ledger.result
+        results.append(solve(*args, **kwargs))
+        return results[-1]
 
     def feeding(core: RtiMpcc, *args: Any, **kwargs: Any) -> Any:
-        solution = feedback[2](core, *args, **kwargs)
+        solution = feedback(core, *args, **kwargs)
         if solution.solved:
-            ledger.take(core.problem(), core.config, ledger.result)
+            fresh.append((core.problem(), core._pattern.control_columns[0, :2], results[-1]))
         return solution
 
-    with patch.object(solve[0], solve[1], solving), patch.object(feedback[0], feedback[1], feeding), quiet():
-        feed(drive, ledger.label)
-    return ledger.entries
+    with patch.object(QpSolver, "solve", solving), patch.object(RtiMpcc, "feedback", feeding), quiet():
+        for _, command, _ in feed(drive, drive.controller()):
+            for left, one in enumerate(fresh, start=1 - len(fresh)):
+                kind = KINDS[-1] if left else kind_of(command.diagnostics.time_to_go)
+                entries.append({"kind": kind, **judged(*one, sampled=len(entries) % SAMPLED == 0)})
+            results.clear()
+            fresh.clear()
+    return entries
 
 
-class _Ledger:
-    """Takes QPs as they are solved; they are judged, and their kind is known, once the cycle is over.
+def judged(problem: QpProblem, first: Index, result: Any, *, sampled: bool) -> dict[str, float]:
+    """One QP against its reference; `sampled`: that against another one, too. `first`: columns of its control.
 
-    Not before: what is raised within a cycle the controller takes for its own mistake, and brakes.
+    acceleration, steering_rate: error of the first control [m/s²], [rad/s]. cost: error over its scale, the
+    larger of 1 and the cost itself. iterations: of OSQP. spread: between the references of PIQP and OSQP, the
+    largest of [m/s²], [rad/s]. nan: there is no reference, or no second one.
     """
-
-    def __init__(self) -> None:
-        self.entries: list[Entry] = []
-        self.result: Any = None
-        self._fresh: list[tuple[QpProblem, ControllerConfig, Any]] = []
-
-    def take(self, problem: QpProblem, config: ControllerConfig, result: Any) -> None:
-        """Keep one of the cycle's accepted QPs, and its solution."""
-        self._fresh.append((problem, config, result))
-
-    def label(self, _: int, command: Command) -> None:
-        """Judge the QPs of the cycle that this command ends."""
-        kind = kind_of(command.diagnostics.time_to_go)
-        for place, one in enumerate(self._fresh, start=1):
-            last = place == len(self._fresh)
-            sampled = len(self.entries) % SAMPLED == 0
-            self.entries.append(judged(*one, kind=kind if last else len(KINDS) - 1, sampled=sampled))
-        self._fresh = []
-
-
-def judged(problem: QpProblem, config: ControllerConfig, result: Any, *, kind: int, sampled: bool) -> Entry:
-    """One QP against its reference; `sampled`: and that against another one."""
     whole = Problem.of(problem.cost, problem.gradient, problem.constraints, problem.lower, problem.upper)
-    first, nan = _first_control(problem, config), float("nan")
-    reference = solved_by_piqp(whole)
-    by_piqp = reference is not None
-    other = solved_by_osqp(whole) if sampled or not by_piqp else None
-    if reference is None:
-        reference = other
-    if reference is None:
-        return Entry(
-            kind=kind, acceleration=nan, steering_rate=nan, cost=nan, iterations=result.iterations, spread=nan
-        )
-    error = np.abs(result.primal - reference)[first] * CONTROL_UNITS[:2]
-    best, reached = _cost(problem, reference), _cost(problem, result.primal)
-    spread = nan
-    if by_piqp and other is not None:
-        spread = float((np.abs(other - reference)[first] * CONTROL_UNITS[:2]).max())
-    return Entry(
-        kind=kind,
-        acceleration=float(error[0]),
-        steering_rate=float(error[1]),
-        cost=abs(reached - best) / max(1.0, abs(best)),
-        iterations=int(result.iterations),
-        spread=spread,
-    )
+    by_piqp = solved_by_piqp(whole)
+    by_osqp = solved_by_osqp(whole) if sampled or by_piqp is None else None
+    reference = by_osqp if by_piqp is None else by_piqp
+    row = {"acceleration": nan, "steering_rate": nan, "cost": nan, "spread": nan}
+    if reference is not None:
+        units = CONTROL_UNITS[:2]
+        error = np.abs(result.primal - reference)[first] * units
+        row["acceleration"], row["steering_rate"] = error.tolist()
+        best, reached = _cost(problem, reference), _cost(problem, result.primal)
+        row["cost"] = abs(reached - best) / max(1.0, abs(best))
+        if by_osqp is not None and by_piqp is not None:
+            row["spread"] = float((np.abs(by_osqp - by_piqp)[first] * units).max())
+    return {**row, "iterations": int(result.iterations)}
 
 
-def kind_of(time_to_go: float | None) -> int:
-    """Index in `KINDS` by the planned time to the arrival [s], None while contouring."""
+def kind_of(time_to_go: float | None) -> str:
+    """The kind by the planned time to the arrival [s], None while contouring."""
     if time_to_go is None:
-        return 0
-    return 1 if time_to_go > FINAL_APPROACH else 2
-
-
-def _first_control(problem: QpProblem, config: ControllerConfig) -> Index:
-    """Columns of a and delta_dot of the first stage. Raises LookupError if the QP has another pattern."""
-    pieces = body_of(config.vehicle, PIECES).pieces
-    for sides in (2, 3):
-        pattern = build_pattern(config.stages, pieces, sides)
-        if pattern.shape == problem.constraints.shape:
-            columns: Index = pattern.control_columns[0, :2]
-            return columns
-    raise LookupError(f"no pattern of {config.stages} stages has shape {problem.constraints.shape}")
+        return "cruise"
+    return "arrival" if time_to_go > FINAL_APPROACH else "final approach"
 
 
 def _cost(problem: QpProblem, primal: Array) -> float:
@@ -186,10 +135,10 @@ def solved_by_osqp(problem: Problem) -> Array | None:
     return np.array(result.x) if result.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
 
 
-def ledger(drives: Sequence[Drive], *, workers: int) -> list[Entry]:
+def ledger(drives: Sequence[Drive], *, workers: int) -> pd.DataFrame:
     """The ledgers of drives, in processes of their own: none of it is timed."""
     with ProcessPoolExecutor(workers) as pool:
-        return [entry for entries in pool.map(entries_of, drives) for entry in entries]
+        return pd.DataFrame(chain.from_iterable(pool.map(entries_of, drives)))
 
 
 # -- closed loop ------------------------------------------------------------------------------------
@@ -202,9 +151,7 @@ def driven(name: str, *, preset: str, tight: bool) -> dict[str, Any]:
         return summary(simulate(scenario, preset=preset))
     detections = scenario.goal.measurement is not None
     config = scenario.controller_config(preset, method="dynamic", detections=detections).changed(solver=TIGHT)
-    path = scenario.build_path()
-    controller = DockingController(path, scenario.build_corridor(path), config)
-    return summary(simulate(scenario, preset=preset, controller=controller))
+    return summary(simulate(scenario, preset=preset, controller=controller_of(scenario, config)))
 
 
 def closed_loop(names: Sequence[str], *, presets: Sequence[str], workers: int) -> list[dict[str, Any]]:

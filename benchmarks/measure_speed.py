@@ -84,7 +84,6 @@ def main() -> int:
     for name, text in blocks(found).items():
         print(f"\n{name}\n{text}")
     print(f"\ntargets\n{target_table(judged)}\n\n{told(source)}")
-    print("took", ", ".join(f"{name} {seconds:.0f} s" for name, seconds in found.seconds.items()))
     written(found, judged, asked, source)
     return int(not all(one.met for one in judged))
 

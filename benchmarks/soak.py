@@ -10,21 +10,20 @@ runs/soak.json; exit status 1 if memory grew by more than 2 % after the first te
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
+from benchmarks.standing_costs import resident
 from benchmarks.tables import ROOT, command_line, origin, write_json
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
@@ -134,12 +133,6 @@ class Shuttle:
         return np.array([[corner.x, corner.y] for corner in placed])
 
 
-def resident() -> int:
-    """Memory that this process holds [bytes]."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
-
-
 def failed(command: Command) -> bool:
     """Whether a cycle found no plan that could be driven."""
     return command.status is Status.FAILED or command.diagnostics.failed
@@ -151,7 +144,7 @@ def soak(cycles: int) -> dict[str, Any]:
     vehicle = Shuttle.of(cycles)
     built = perf_counter() - begun
     tenth = max(cycles // 10, 1)
-    seconds, memory = np.empty(cycles), np.empty(cycles, dtype=np.int64)
+    seconds, memory = np.empty(cycles), np.empty(cycles)
     counts: Counter[tuple[str, str]] = Counter()
     failures: Counter[str] = Counter()
     bar = track(vehicle.drive(cycles), "soak", cycles, console=Console(stderr=True), transient=True)
@@ -165,8 +158,8 @@ def soak(cycles: int) -> dict[str, Any]:
         "cycles": cycles,
         "construction_s": built,
         "parts_driven": vehicle.controller.state.task.segment.index,
-        "rss_second_tenth_mb": float(np.median(warm)) / 2**20,
-        "rss_last_tenth_mb": float(np.median(last)) / 2**20,
+        "rss_second_tenth_mb": float(np.median(warm)),
+        "rss_last_tenth_mb": float(np.median(last)),
         "rss_growth": float(np.median(last) / np.median(warm) - 1.0),
         "cycle_ms_first_tenth": 1e3 * median(seconds[:tenth].tolist()),
         "cycle_ms_last_tenth": 1e3 * median(seconds[-tenth:].tolist()),
@@ -175,24 +168,13 @@ def soak(cycles: int) -> dict[str, Any]:
     }
 
 
-def show(found: dict[str, Any]) -> None:
-    table = Table("figure", "value", title=COMMAND)
-    for name, value in found.items():
-        if isinstance(value, dict):
-            for key, count in value.items():
-                table.add_row(f"{name}: {key}", str(count))
-        else:
-            table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
-    Console().print(table)
-
-
 def main() -> int:
     parser = command_line(__doc__, COMMAND)
     parser.add_argument("--cycles", type=int, default=100_000, metavar="N", help="default: %(default)s")
     cycles = parser.parse_args().cycles
     source = origin(f"{COMMAND} --cycles {cycles}")
     found = soak(cycles)
-    show(found)
+    print(pd.json_normalize(found).T.to_string(header=False))
     target = ROOT / "runs" / "soak.json"
     target.parent.mkdir(exist_ok=True)
     write_json(target, {"origin": source, **found})

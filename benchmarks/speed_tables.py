@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,28 +9,22 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from benchmarks.figures import Distribution, distribution, distribution_row, ratio_row
-from benchmarks.ledger import KINDS, Entry
+from benchmarks.ledger import KINDS
 from benchmarks.measured import Measured
 from benchmarks.sweeps import Variant, series
 from benchmarks.tables import number, table
+from benchmarks.workload import later, solving
 from rti_mpcc.report.draw import BLACK, BLUE, DPI, GREY, ORANGE
-from rti_mpcc.types import Array
 
 PERCENTILES = ["p50", "p95", "p99", "max", "count"]
 RATIOS = ["p50 / yardstick", "p95 / yardstick", "p99 / yardstick"]
-_IN_TABLE = (
-    "cycle",
-    "cycle in which a QP is solved",
-    "preparation",
-    "feedback phase",
-    "of it OSQP's solve",
-    "first cycle of a drive",
-)
-"""Those of `timed_rows` that the table shows."""
+FIRST_ROUND = ", first round"
+"""End of the names of times that the table leaves out."""
 PANELS = (
     ("stages", "stages N", "log"),
     ("path length", "length of the path [m]", "log"),
@@ -49,64 +42,53 @@ def blocks(found: Measured) -> dict[str, str]:
 
 def timed_rows(found: Measured) -> dict[str, Distribution]:
     """Times of cycles [ms] by name: first what is judged, then parts of it."""
-    plain = found.plain
-    least = np.min(plain.of("step_ms"), axis=0)
-    return {
-        "cycle": distribution(plain.of("step_ms")),
-        "cycle, least of all rounds": distribution(least),
-        "cycle in which a QP is solved": distribution(plain.solving("step_ms")),
-        "preparation": distribution(plain.solving("prepare_ms")),
-        "feedback phase": distribution(plain.solving("feedback_ms")),
-        "feedback phase, least of all rounds": distribution(np.min(plain.solving("feedback_ms"), axis=0)),
-        "of it OSQP's solve": distribution(plain.solving("solve_ms")),
-        "first cycle of a drive": distribution(plain.of("step_ms", first=True)),
-        "cycle, first round": distribution(found.warm_up.of("step_ms")),
-        "first cycle of a drive, first round": distribution(found.warm_up.of("step_ms", first=True)),
-        "cycle while it was recorded": distribution(np.concatenate([d.first_ms[1:] for d in found.drives])),
+    rounds, warm_up = found.rounds, found.warm_up
+    times = {
+        "cycle": later(rounds)["step_ms"],
+        "cycle in which a QP is solved": solving(rounds)["step_ms"],
+        "preparation": solving(rounds)["prepare_ms"],
+        "feedback phase": solving(rounds)["feedback_ms"],
+        "of it OSQP's solve": solving(rounds)["solve_ms"],
+        "first cycle of a drive": rounds.loc[[0], "step_ms"],
+        f"cycle{FIRST_ROUND}": later(warm_up)["step_ms"],
+        f"first cycle of a drive{FIRST_ROUND}": warm_up.loc[[0], "step_ms"],
     }
+    return {name: distribution(each) for name, each in times.items()}
 
 
 def phase_rows(found: Measured) -> dict[str, Distribution]:
     """Exclusive times of the phases [ms], all cycles but the first of each drive."""
-    rows = found.phases.rows(found.phases.number > 0)
-    return {name: distribution(times) for name, times in rows.items()}
+    return {str(name): distribution(times) for name, times in later(found.phases).items()}
 
 
 def ledger_rows(found: Measured) -> dict[str, dict[str, Distribution]]:
     """Kind of QP -> errors and iterations."""
-    groups: dict[str, list[Entry]] = defaultdict(list)
-    for entry in referenced(found.entries):
-        groups[KINDS[entry.kind]].append(entry)
-        groups["all"].append(entry)
+    entries = referenced(found.entries)
+    groups = {kind: entries[entries["kind"] == kind] for kind in KINDS} | {"all": entries}
     names = ("acceleration", "steering_rate", "cost", "iterations")
     return {
-        kind: {name: distribution([getattr(one, name) for one in groups[kind]]) for name in names}
-        for kind in (*KINDS, "all")
-        if groups[kind]
+        kind: {name: distribution(group[name]) for name in names}
+        for kind, group in groups.items()
+        if len(group)
     }
 
 
-def referenced(entries: list[Entry]) -> list[Entry]:
+def referenced(entries: pd.DataFrame) -> pd.DataFrame:
     """Those whose QP could be solved to the tolerance of the references."""
-    return [entry for entry in entries if np.isfinite(entry.acceleration)]
-
-
-def reference_spread(found: Measured) -> Array:
-    """Distances of the two references of the sampled QPs, [m/s²] or [rad/s]."""
-    return np.array([entry.spread for entry in found.entries if np.isfinite(entry.spread)])
+    return entries.dropna(subset="acceleration")
 
 
 def _cycles(found: Measured) -> str:
     yardstick = found.yardstick.p50
     timed = timed_rows(found)
-    rows = [ratio_row(name, timed[name], yardstick) for name in _IN_TABLE]
-    iterations = distribution_row("OSQP's iterations", distribution(found.plain.solving("iterations")), 0)
+    rows = [ratio_row(name, one, yardstick) for name, one in timed.items() if not name.endswith(FIRST_ROUND)]
+    iterations = distribution_row("OSQP's iterations", distribution(solving(found.rounds)["iterations"]), 0)
     return table(["time [ms]", *PERCENTILES, *RATIOS], [*rows, [*iterations, "–", "–", "–"]])
 
 
 def _phases(found: Measured) -> str:
     rows = phase_rows(found)
-    plain = distribution(found.plain.of("step_ms")).p50
+    plain = distribution(later(found.rounds)["step_ms"]).p50
     lines = []
     for name, one in rows.items():
         times = [number(value, 3) for value in (one.p50, one.p95, one.max)]
@@ -127,7 +109,7 @@ def _ledger(found: Measured) -> str:
         controls = [number(value, 4) for one in (a, rate) for value in (one.p50, one.p95, one.max)]
         steps = [number(value, 0) for value in (iterations.p50, iterations.p95, iterations.max)]
         rows.append([kind, str(a.count), *controls, f"{cost.p50:.1e}", f"{cost.p95:.1e}", *steps])
-    spread = reference_spread(found)
+    spread = found.entries["spread"].dropna()
     without = len(found.entries) - len(referenced(found.entries))
     return (
         f"{table(header, rows)}\n\nOn {spread.size} of them OSQP was asked for 1e-9 too: its first "
@@ -150,7 +132,7 @@ def numbers(found: Measured) -> dict[str, Any]:
         },
         "workload": {drive.name: len(drive.cycles) for drive in found.drives},
         "cycles_ms": {name: asdict(one) for name, one in timed_rows(found).items()},
-        "iterations": asdict(distribution(found.plain.solving("iterations"))),
+        "iterations": asdict(distribution(solving(found.rounds)["iterations"])),
         "phases_ms": {name: asdict(one) for name, one in phase_rows(found).items()},
         "solver": {
             "feedback_phases": len(found.counts.refactorisations),
@@ -163,7 +145,7 @@ def numbers(found: Measured) -> dict[str, Any]:
             kind: {name: asdict(one) for name, one in row.items()} for kind, row in ledger_rows(found).items()
         },
         "qps_without_a_reference": len(found.entries) - len(referenced(found.entries)),
-        "reference_spread": float(reference_spread(found).max()),
+        "reference_spread": float(found.entries["spread"].max()),
         "closed_loop": found.loops,
         "sweeps": [
             {
@@ -177,7 +159,6 @@ def numbers(found: Measured) -> dict[str, Any]:
         ],
         "import": found.imported,
         "standing": {str(length): one for length, one in found.standing.items()},
-        "seconds": found.seconds,
     }
 
 

@@ -10,6 +10,7 @@ from benchmarks.figures import Target, distribution
 from benchmarks.measured import Measured
 from benchmarks.speed_tables import referenced
 from benchmarks.sweeps import LENGTHS, POINTS, cost_at
+from benchmarks.workload import later, solving
 
 
 def targets(found: Measured) -> list[Target]:
@@ -20,9 +21,9 @@ def targets(found: Measured) -> list[Target]:
 def _speed(found: Measured) -> list[Target]:
     yardstick = found.yardstick.p50
     cycle, feedback, first = (
-        distribution(found.plain.of("step_ms")),
-        distribution(found.plain.solving("feedback_ms")),
-        distribution(found.plain.of("step_ms", first=True)),
+        distribution(later(found.rounds)["step_ms"]),
+        distribution(solving(found.rounds)["feedback_ms"]),
+        distribution(found.rounds.loc[[0], "step_ms"]),
     )
     rows = [
         ("cycle p50", cycle.p50, 0.38),
@@ -49,8 +50,8 @@ def _speed(found: Measured) -> list[Target]:
 
 def _accuracy(found: Measured) -> list[Target]:
     entries = referenced(found.entries)
-    acceleration = distribution([one.acceleration for one in entries]).p95
-    rate = distribution([one.steering_rate for one in entries]).p95
+    acceleration = float(entries["acceleration"].quantile(0.95))
+    rate = float(entries["steering_rate"].quantile(0.95))
     slow = max(found.loops, key=lambda run: run["time_apart"])
     near = max(found.loops, key=lambda run: run["clearance_apart_m"])
     return [

@@ -104,17 +104,14 @@ class Yardstick:
     """Collects times of the fixed set; `measure` is called now and then between the rounds of a benchmark.
 
     Attributes:
-        solve_ms, setup_ms, iterations: of PIQP, a list a call.
-        osqp_solve_ms, osqp_update_ms, osqp_iterations: of OSQP with default settings, each problem handed
-            over by an update of all numbers.
+        solve_ms, setup_ms: of PIQP, a list a call.
+        osqp_solve_ms, osqp_iterations: of OSQP with default settings, which gets each problem by an update.
     """
 
     problems: list[Problem]
     solve_ms: list[list[float]] = field(default_factory=list)
     setup_ms: list[list[float]] = field(default_factory=list)
-    iterations: list[int] = field(default_factory=list)
     osqp_solve_ms: list[float] = field(default_factory=list)
-    osqp_update_ms: list[float] = field(default_factory=list)
     osqp_iterations: list[int] = field(default_factory=list)
     _osqp: Any = None
 
@@ -125,9 +122,8 @@ class Yardstick:
         with quiet():
             for problem in self.problems:
                 self._piqp(problem)
-        if osqp_too:
-            for problem in self.problems:
-                self._default_osqp(problem)
+        for problem in self.problems if osqp_too else ():
+            self._default_osqp(problem)
 
     @property
     def p50(self) -> float:
@@ -150,18 +146,14 @@ class Yardstick:
             raise RuntimeError(f"PIQP did not solve a QP of the fixed set: {status}")
         self.setup_ms[-1].append(1e3 * (ready - begun))
         self.solve_ms[-1].append(1e3 * (done - ready))
-        self.iterations.append(int(solver.result.info.iter))
 
     def _default_osqp(self, problem: Problem) -> None:
         numbers = {"q": problem.gradient, "l": problem.lower, "u": problem.upper}
         if self._osqp is None:
             self._osqp = osqp.OSQP()
             self._osqp.setup(P=problem.cost, A=problem.constraints, verbose=False, **numbers)
-        begun = perf_counter()
         self._osqp.update(Px=problem.cost.data.copy(), Ax=problem.constraints.data.copy(), **numbers)
-        ready = perf_counter()
+        begun = perf_counter()
         result = self._osqp.solve(raise_error=False)
-        done = perf_counter()
-        self.osqp_update_ms.append(1e3 * (ready - begun))
-        self.osqp_solve_ms.append(1e3 * (done - ready))
+        self.osqp_solve_ms.append(1e3 * (perf_counter() - begun))
         self.osqp_iterations.append(int(result.info.iter))
