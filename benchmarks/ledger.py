@@ -74,7 +74,7 @@ def entries_of(drive: Drive) -> list[dict[str, Any]]:
 
 
 def judged(problem: QpProblem, first: Index, result: Any, *, sampled: bool) -> dict[str, float]:
-    """One QP against its reference; `sampled`: that against another one, too. `first`: columns of its control.
+    """One QP against its reference; `sampled`: and that against another. `first`: columns of its control.
 
     acceleration, steering_rate: error of the first control [m/s²], [rad/s]. cost: error over its scale, the
     larger of 1 and the cost itself. iterations: of OSQP. spread: between the references of PIQP and OSQP, the

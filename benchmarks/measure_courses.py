@@ -12,29 +12,31 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Sequence
-from functools import reduce
-from math import degrees
-from operator import getitem
+from math import degrees, inf
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
-from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
-from rti_mpcc.report.text import number
+from benchmarks.tables import (
+    ENERGIES,
+    ROOT,
+    TIMES,
+    cells,
+    command_line,
+    heads,
+    number,
+    origin,
+    replace_block,
+    table,
+    told,
+    write_json,
+)
+from rti_mpcc.report.text import figure
 from rti_mpcc.simulation import RunResult, Scenario, save_scenario, simulate, summary
 
-HEADER = [
-    "course",
-    "preset",
-    "last part",
-    "goal",
-    "lateral offset [m]",
-    "heading [rad]",
-    "docked",
-    "to tolerance [s]",
-]
-HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
+HEADER = ["course", "preset", "last part", "goal", "lateral offset [m]", "heading [rad]", "docked"]
+HEADER += [*heads((*TIMES, *ENERGIES)), "how it ended"]
 RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
 
 
@@ -57,7 +59,6 @@ def course_row(run: dict[str, Any]) -> list[str]:
     """The cells of a run, under `HEADER`."""
     along, beside, turned = run["offset"]
     behind = run["direction"] * along
-    energy = run["energy"]
     return [
         run["scenario"],
         run["preset"],
@@ -66,10 +67,7 @@ def course_row(run: dict[str, Any]) -> list[str]:
         number(beside, 1),
         number(turned, 2),
         "yes" if run["docked"] else "no",
-        number(run["time_to_tolerance_s"], 2),
-        number(run["time_to_dock_s"], 2),
-        number(run["min_clearance_m"], 2),
-        *(number(energy[name], 2) for name in ("acceleration", "steering_rate", "lateral_acceleration")),
+        *cells(run, (*TIMES, *ENERGIES)),
         _ending(run),
     ]
 
@@ -107,20 +105,15 @@ def courses_told(runs: Sequence[dict[str, Any]], presets: Sequence[str]) -> str:
 
 
 def _ratios(pairs: list[tuple[dict[str, Any], dict[str, Any]]], name: str, other: str) -> str:
-    def ratio(*keys: str) -> str:
-        return number(median(_value(a, keys) / _value(b, keys) for a, b in pairs), 2)
-
+    time, *energies = (
+        number(median((figure(a, one.path) or 0.0) / (figure(b, one.path) or inf) for a, b in pairs), 2)
+        for one in (TIMES[0], *ENERGIES)
+    )
     return (
         f"On the {len(pairs)} that both dock, `{name}` takes (median of the ratios to `{other}`) "
-        f"{ratio('time_to_tolerance_s')} times the time to tolerance, "
-        f"{ratio('energy', 'acceleration')}, {ratio('energy', 'steering_rate')} and "
-        f"{ratio('energy', 'lateral_acceleration')} times the energy of acceleration, steering rate and "
-        "lateral acceleration."
+        f"{time} times the time to tolerance, {energies[0]}, {energies[1]} and {energies[2]} times the "
+        "energy of acceleration, steering rate and lateral acceleration."
     )
-
-
-def _value(run: dict[str, Any], keys: tuple[str, ...]) -> float:
-    return float(reduce(getitem, keys, run))  # type: ignore[arg-type]
 
 
 def measure(course: Scenario, preset: str) -> dict[str, Any]:

@@ -13,8 +13,13 @@ from typing import Any
 
 from benchmarks.reproduction.published import published
 from benchmarks.tables import (
+    ENERGIES,
     ROOT,
+    TIMES,
+    Column,
+    cells,
     command_line,
+    heads,
     number,
     origin,
     replace_block,
@@ -39,8 +44,8 @@ COMMAND = "python -m benchmarks.measure_results"
 PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
-CONFIG = ControllerConfig()
-SOLVER = CONFIG.solver
+COLUMNS = (*TIMES, Column("direction changes", "direction_changes", 0), *ENERGIES)
+SOLVER = ControllerConfig().solver
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -65,19 +70,7 @@ def result_rows(runs: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def _row(scenario: str, preset: str, run: dict[str, Any]) -> list[str]:
-    energy = run.get("energy", {})
-    changes = run.get("direction_changes")
-    return [
-        scenario,
-        preset,
-        number(run.get("time_to_tolerance_s"), 2),
-        number(run.get("time_to_dock_s"), 2),
-        number(run.get("min_clearance_m"), 2),
-        "–" if changes is None else str(changes),
-        number(energy.get("acceleration"), 2),
-        number(energy.get("steering_rate"), 2),
-        number(energy.get("lateral_acceleration"), 2),
-    ]
+    return [scenario, preset, *cells(run, COLUMNS)]
 
 
 def printed_rows(runs: list[dict[str, Any]]) -> list[list[str]]:
@@ -163,13 +156,8 @@ def main() -> None:
             runs.append(measure(scenario, preset))
             print(f"{scenario}, {preset}: docked {runs[-1]['docked']}, T {runs[-1]['time_to_tolerance_s']}")
     write_json(ROOT / "docs" / "results.json", {"origin": source, "published": PUBLISHED, "runs": runs})
-    header = ["scenario", "preset", "to tolerance [s]", "to dock [s]", "clearance [m]", "direction changes"]
-    header += ["∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]"]
-    replace_block(
-        ROOT / "docs" / "results.md",
-        "results",
-        f"{table(header, result_rows(runs))}\n\n{not_docked(runs)} {told(source)}",
-    )
+    text = table(["scenario", "preset", *heads(COLUMNS)], result_rows(runs))
+    replace_block(ROOT / "docs" / "results.md", "results", f"{text}\n\n{not_docked(runs)} {told(source)}")
     page = ROOT / "docs" / "decisions" / "04-solver-settings.md"
     replace_block(page, "constants", table(["constant", "where", "value"], constant_rows()))
     header = ["scenario", "docked", "to tolerance [s]", "longitudinal [m]", "lateral [m]", "heading [deg]"]

@@ -8,13 +8,44 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from rti_mpcc.report.text import figure
 from rti_mpcc.report.text import number as number
 
 ROOT = Path(__file__).parents[1]
+
+
+class Column(NamedTuple):
+    """A figure of `simulation.summary`, by its path in it, with its head and digits."""
+
+    head: str
+    path: str
+    digits: int
+
+
+TIMES = (
+    Column("to tolerance [s]", "time_to_tolerance_s", 2),
+    Column("to dock [s]", "time_to_dock_s", 2),
+    Column("clearance [m]", "min_clearance_m", 2),
+)
+ENERGIES = (
+    Column("∫a² [m²/s³]", "energy.acceleration", 2),
+    Column("∫δ̇² [rad²/s]", "energy.steering_rate", 2),
+    Column("∫a_lat² [m²/s³]", "energy.lateral_acceleration", 2),
+)
+
+
+def cells(run: Mapping[str, Any], columns: Sequence[Column]) -> list[str]:
+    """Figures of a run, a dash where there is none."""
+    return [number(figure(run, column.path), column.digits) for column in columns]
+
+
+def heads(columns: Sequence[Column]) -> list[str]:
+    """Of the columns."""
+    return [column.head for column in columns]
 
 
 def command_line(description: str | None, command: str) -> argparse.ArgumentParser:

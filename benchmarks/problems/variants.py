@@ -15,40 +15,29 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.scenario import Scenario, changed
 from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection
 
-Points = list[list[float]]
-
 
 def moved(scenario: Scenario, to: Pose2) -> Scenario:
     """The scenario turned by `to.phi` [rad] about the world's origin and then shifted by x, y [m]."""
-    start = to.compose(_start(scenario))
-    changes: dict[str, Any] = {_start_key(scenario): [start.x, start.y, start.phi]}
+
+    def there(pose: Pose2) -> list[float]:
+        moved = to.compose(pose)
+        return [moved.x, moved.y, moved.phi]
+
+    changes = {_start_key(scenario): there(_start(scenario))}
     if scenario.goal.pose is not None:
-        pose = to.compose(Pose2(*scenario.goal.pose))
-        changes["goal.pose"] = [pose.x, pose.y, pose.phi]
-    return changed(
-        scenario, {**changes, **_outlines(scenario, lambda x, y: _xy(to.compose(Pose2(x, y, 0.0))))}
-    )
+        changes["goal.pose"] = there(Pose2(*scenario.goal.pose))
+    return changed(scenario, changes | _outlines(scenario, lambda x, y: there(Pose2(x, y, 0.0))[:2]))
 
 
 def mirrored(scenario: Scenario) -> Scenario:
     """The scenario mirrored at the world's x axis: left and right change places."""
-    start, goal = _start(scenario), scenario.goal
-    changes: dict[str, Any] = {
-        _start_key(scenario): [start.x, -start.y, -start.phi],
-        **_segments(scenario, direction=1),
-        **_swapped_sides(scenario),
-        **_body(scenario, lambda x, y: [x, -y]),
-        **_outlines(scenario, lambda x, y: [x, -y]),
-    }
-    for key, value in (("offset", goal.offset), ("pose", goal.pose)):
-        if value is not None:
-            changes[f"goal.{key}"] = [value[0], -value[1], -value[2]]
-    if goal.measurement is not None:
-        x, y, phi = goal.measurement.initial_offset
-        changes["goal.measurement.initial_offset"] = [x, -y, -phi]
-    if goal.shifts:
-        changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [x, -y, -phi])
-    return changed(scenario, {**changes, **_faults_aside(scenario)})
+    pose = _start(scenario)
+    changes = {_start_key(scenario): [pose.x, -pose.y, -pose.phi]}
+    if scenario.goal.pose is not None:
+        x, y, phi = scenario.goal.pose
+        changes["goal.pose"] = [x, -y, -phi]
+    outlines = _outlines(scenario, lambda x, y: [x, -y])
+    return changed(scenario, changes | outlines | _reflected(scenario, ahead=1))
 
 
 def turned_round(scenario: Scenario) -> Scenario:
@@ -56,23 +45,36 @@ def turned_round(scenario: Scenario) -> Scenario:
 
     Front and rear of the body are exchanged, so the body passes over the same ground.
     """
-    start, goal = _start(scenario), scenario.goal
+    pose = _start(scenario)
+    changes = {_start_key(scenario): [pose.x, pose.y, pose.phi + pi]}
+    if scenario.goal.pose is not None:
+        x, y, phi = scenario.goal.pose
+        changes["goal.pose"] = [x, y, phi + pi]
+    return changed(scenario, changes | _reflected(scenario, ahead=-1))
+
+
+def _reflected(scenario: Scenario, *, ahead: int) -> dict[str, Any]:
+    """What is relative to vehicle, path or goal, left and right exchanged; `ahead` -1: both ends too."""
+
+    def there(x: float, y: float, phi: float) -> list[float]:
+        return [ahead * x, -y, -ahead * phi]
+
     changes: dict[str, Any] = {
-        _start_key(scenario): [start.x, start.y, start.phi + pi],
-        **_segments(scenario, direction=-1),
+        **_segments(scenario, direction=ahead),
         **_swapped_sides(scenario),
-        **_body(scenario, lambda x, y: [-x, -y]),
+        **_body(scenario, lambda x, y: [ahead * x, -y]),
+        **_faults_aside(scenario),
     }
+    goal = scenario.goal
     if goal.offset is not None:
-        changes["goal.offset"] = [-goal.offset[0], -goal.offset[1], goal.offset[2]]
-    if goal.pose is not None:
-        changes["goal.pose"] = [goal.pose[0], goal.pose[1], goal.pose[2] + pi]
+        changes["goal.offset"] = there(*goal.offset)
     if goal.measurement is not None:
-        x, y, phi = goal.measurement.initial_offset
-        changes["goal.measurement.initial_offset"] = [-x, -y, phi]
+        changes["goal.measurement.initial_offset"] = there(*goal.measurement.initial_offset)
     if goal.shifts:
-        changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [-x, -y, phi])
-    return changed(scenario, {**changes, **_faults_aside(scenario)})
+        changes["goal.shifts"] = [
+            {"at_distance": shift.at_distance, "offset": there(*shift.offset)} for shift in goal.shifts
+        ]
+    return changes
 
 
 def _start(scenario: Scenario) -> Pose2:
@@ -106,29 +108,16 @@ def _swapped_sides(scenario: Scenario) -> dict[str, Any]:
     corridor = scenario.corridor
     if corridor is None or corridor.left is None or corridor.right is None:
         return {}
+    narrowings = []
+    for piece in corridor.narrowings:
+        sides = {"left": piece.right, "right": piece.left}
+        swapped = {side: -offset for side, offset in sides.items() if offset is not None}
+        narrowings.append({"from": piece.start, "to": piece.end, **swapped})
     return {
         "corridor.left": -corridor.right,
         "corridor.right": -corridor.left,
-        "corridor.narrowings": _swapped_narrowings(corridor),
+        "corridor.narrowings": narrowings,
     }
-
-
-def _swapped_narrowings(corridor: CorridorSection) -> list[dict[str, float]]:
-    swapped = []
-    for piece in corridor.narrowings:
-        entry = {"from": piece.start, "to": piece.end}
-        if piece.right is not None:
-            entry["left"] = -piece.right
-        if piece.left is not None:
-            entry["right"] = -piece.left
-        swapped.append(entry)
-    return swapped
-
-
-def _shifts(scenario: Scenario, move: Callable[[float, float, float], list[float]]) -> list[dict[str, Any]]:
-    return [
-        {"at_distance": shift.at_distance, "offset": move(*shift.offset)} for shift in scenario.goal.shifts
-    ]
 
 
 def _faults_aside(scenario: Scenario) -> dict[str, Any]:
@@ -165,7 +154,3 @@ def _body(scenario: Scenario, move: Callable[[float, float], list[float]]) -> di
     if move(1.0, 0.0)[0] > 0.0:
         return {}
     return {"vehicle.front": vehicle.rear, "vehicle.rear": vehicle.front}
-
-
-def _xy(pose: Pose2) -> list[float]:
-    return [pose.x, pose.y]

@@ -92,7 +92,6 @@ class Aim(NamedTuple):
 def aims(figures: dict[str, Any], scenario: str) -> list[Aim]:
     """What the preset `default` set out for, and what came of it by the summary of its run."""
     published = published_run(scenario, "dynamic")
-    assert published is not None
     energy, to_dock, peak = figures["energy"], figures["energy_to_dock"], figures["peak"]
     time = figures["time_to_tolerance_s"]
     least = None if time is None else _least_energy(figures, scenario)
@@ -139,7 +138,6 @@ def _aims_table(by_scenario: dict[str, list[Aim]]) -> Table:
 def _least_energy(figures: dict[str, Any], scenario: str) -> float:
     """12 D²/T³ [m²/s³]: from rest to rest over D in T, D the shorter of this way and the published one."""
     track = published_track(scenario, "dynamic")
-    assert track is not None
     there = float(np.hypot(*np.diff(track.poses[:, :2], axis=0).T).sum())
     return float(12.0 * min(figures["distance_m"], there) ** 2 / figures["time_to_tolerance_s"] ** 3)
 
@@ -159,7 +157,6 @@ def _front(runs: Runs, scenario: str) -> list[DrivenCase]:
 
 def _reached(scenario: str, front: Sequence[DrivenCase]) -> str:
     published = published_run(scenario, "dynamic")
-    assert published is not None
     share = None
     if front:
         share = ratio(front[0].figures["time_to_tolerance_s"], published["time_to_tolerance_s"])
@@ -224,7 +221,6 @@ def front_figure(runs: Runs, fronts: Mapping[str, Sequence[DrivenCase]]) -> Figu
 
 def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[DrivenCase], energy: str) -> None:
     published = published_run(scenario, "dynamic")
-    assert published is not None
     times = [outcome.figures["time_to_tolerance_s"] for outcome in front]
     spent = [outcome.figures["energy"][energy] for outcome in front]
     axes.plot(times, spent, color=draw.BLUE, marker="o", markersize=4, label="preset default")

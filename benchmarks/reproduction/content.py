@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
+
+from benchmarks.tables import Column
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,14 +85,6 @@ def say(text: str) -> Paragraph:
 def found(text: str) -> Paragraph:
     """A paragraph whose numbers come from the runs."""
     return Paragraph(text=text, verdict=True)
-
-
-class Column(NamedTuple):
-    """A figure of `simulation.summary`, by its path in it, with its head and digits."""
-
-    head: str
-    path: str
-    digits: int
 
 
 PAPER = (

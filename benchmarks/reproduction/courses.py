@@ -11,11 +11,12 @@ from benchmarks.measure_courses import HEADER, course_row, courses_told, run_fig
 from benchmarks.reproduction.content import BEYOND, PAPER, Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
+from benchmarks.tables import heads
 from rti_mpcc.report.text import figure, number
 from rti_mpcc.simulation.batch import DrivenCase
 
-LEFT_OUT = ("docked",)
-"""Columns that are left out: how a run ended says it, too."""
+DOCKED = HEADER.index("docked")
+"""The column that is left out: how a run ended says it, too."""
 _COMPARED = (PAPER[0], *BEYOND)
 _SAID = (
     "Not an experiment of the paper: routes, corridors and goals drawn from seed {seed}, goals inside and "
@@ -29,13 +30,12 @@ def courses_section(outcomes: Sequence[DrivenCase]) -> Section:
     """How many docked, both presets side by side, and one row a run."""
     runs = [run_figures(outcome.result, outcome.figures) for outcome in outcomes]
     presets = list(dict.fromkeys(run["preset"] for run in runs))
-    kept = [place for place, head in enumerate(HEADER) if head not in LEFT_OUT]
     table = Table(
         caption="Drawn courses, run by run.",
-        heads=[HEADER[place] for place in kept],
-        rows=[[row[place] for place in kept] for row in map(course_row, runs)],
+        heads=HEADER[:DOCKED] + HEADER[DOCKED + 1 :],
+        rows=[row[:DOCKED] + row[DOCKED + 1 :] for row in map(course_row, runs)],
         worded=[1, 2, 3],
-        sentences=[len(kept) - 1],
+        sentences=[len(HEADER) - 2],
         group=len(presets),
     )
     ended = Counter((run["preset"], run["last_status"]) for run in runs if not run["docked"])
@@ -72,6 +72,6 @@ def _compared(runs: Sequence[dict[str, Any]], presets: Sequence[str]) -> Table:
         rows.append([f"`{preset}`", f"{sum(run['docked'] for run in mine)} of {len(mine)}", *cells])
     return Table(
         caption="Drawn courses: how many dock, and medians over those on which both presets do.",
-        heads=["preset", "docked", *(column.head for column in _COMPARED)],
+        heads=["preset", "docked", *heads(_COMPARED)],
         rows=rows,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.reproduction import causes
 from benchmarks.reproduction.content import PAPER as PAPER_COLUMNS
-from benchmarks.reproduction.content import Block, Column, Picture, Section, Table, found, say
+from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from benchmarks.reproduction.docking_pictures import (
     BODY_EVERY,
     HIGHEST,
@@ -24,13 +24,14 @@ from benchmarks.reproduction.verdicts import (
     came_out,
     claims,
     missed_causes,
-    ratio,
+    published_times,
     time_told,
     times_of,
     times_told,
 )
+from benchmarks.tables import ENERGIES, Column, cells, heads
 from rti_mpcc.report import draw
-from rti_mpcc.report.text import figure, number
+from rti_mpcc.report.text import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import DrivenCase
 
@@ -54,7 +55,6 @@ def docking_section(runs: Runs, scenario: str) -> Section:
     measured = {method: _with_status(outcome) for method, outcome in outcomes.items()}
     beyond = runs.of(scenario, preset=DEFAULT)
     published = published_run(scenario, "dynamic")
-    assert published is not None
     blocks: list[Block] = [
         say(causes.SAYS[scenario]),
         _table(scenario, measured, beyond.figures),
@@ -74,21 +74,16 @@ def docking_section(runs: Runs, scenario: str) -> Section:
 
 def verdicts(scenario: str, measured: Mapping[str, Figures]) -> list[str]:
     """One sentence a method beside the published figures, then one an outcome."""
-    known = {method: published_run(scenario, method) or {} for method in METHODS}
-    sentences = [time_told(measured["dynamic"], known["dynamic"])]
-    for method in METHODS[1:]:
-        sentences.append(
-            times_told(method, measured[method], measured["dynamic"], known[method], known["dynamic"])
-        )
-    return sentences + [
-        came_out(claim.text, claim.holds(measured), claim.evidence(measured)) for claim in claims(scenario)
+    return [
+        time_told(scenario, measured["dynamic"]),
+        *(times_told(scenario, method, measured) for method in METHODS[1:]),
+        *(came_out(one.text, one.holds(measured), one.evidence(measured)) for one in claims(scenario)),
     ]
 
 
 def fastest_told(scenario: str, result: RunResult) -> str:
     """The highest speed of `dynamic` here and in the published code."""
     track = published_track(scenario, "dynamic")
-    assert track is not None
     here, there = (float(np.max(np.abs(v))) for v in (result.truth.v, track.v))
     return f"`dynamic` drives at up to {here:.2f} m/s here, at up to {there:.2f} m/s in the published code."
 
@@ -100,40 +95,28 @@ def _with_status(outcome: DrivenCase) -> dict[str, Any]:
 def _table(scenario: str, measured: Mapping[str, Figures], beyond: Figures) -> Table:
     rows = []
     for method, figures in measured.items():
-        published = published_run(scenario, method) or {}
+        published = published_run(scenario, method)
         paper = {"time_to_tolerance_s": published.get("time_in_paper_s")}
         rows += [
-            [f"{method}: paper", *_cells(paper), "–"],
-            [f"{method}: published code", *_cells(published), "in tolerance" if published else "–"],
-            [f"{method}: here, `paper`", *_cells(figures), "yes" if figures["docked"] else "no"],
+            [f"{method}: paper", *cells(paper, COLUMNS), "–"],
+            [f"{method}: published code", *cells(published, COLUMNS), "in tolerance"],
+            [f"{method}: here, `paper`", *cells(figures, COLUMNS), "yes" if figures["docked"] else "no"],
         ]
-    rows.append(["dynamic: here, `default`", *_cells(beyond), "yes" if beyond["docked"] else "no"])
+    rows.append(["dynamic: here, `default`", *cells(beyond, COLUMNS), "yes" if beyond["docked"] else "no"])
     return Table(
         caption=f"{DOCKING[scenario]}. {_TABLE_SAID}",
-        heads=["run", *(column.head for column in COLUMNS), "docked"],
+        heads=["run", *heads(COLUMNS), "docked"],
         rows=rows,
         worded=[len(COLUMNS) + 1],
         group=len(METHODS),
     )
 
 
-def _cells(figures: Figures) -> list[str]:
-    return [number(figure(figures, column.path), column.digits) for column in COLUMNS]
-
-
 def _ratio_table(scenario: str, measured: Mapping[str, Figures]) -> Table:
-    first = published_run(scenario, "dynamic") or {}
-    rows = []
-    for method in METHODS[1:]:
-        known = published_run(scenario, method) or {}
-        rows.append(
-            [
-                method,
-                number(ratio(known.get("time_in_paper_s"), first.get("time_in_paper_s")), 2),
-                number(ratio(known.get("time_to_tolerance_s"), first.get("time_to_tolerance_s")), 2),
-                number(times_of(measured, method), 2),
-            ]
-        )
+    rows = [
+        [method, *published_times(scenario, method), number(times_of(measured, method), 2)]
+        for method in METHODS[1:]
+    ]
     return Table(
         caption="Time to tolerance, times that of `dynamic`.",
         heads=["method", "paper", "published code", "here, preset `paper`"],
@@ -143,16 +126,11 @@ def _ratio_table(scenario: str, measured: Mapping[str, Figures]) -> Table:
 
 def _energy_table(published: Figures, here: Figures, beyond: Figures) -> Table:
     runs = {"published code": published, "here, `paper`": here, "here, `default`": beyond}
-    units = {
-        "acceleration": "∫a² [m²/s³]",
-        "steering_rate": "∫δ̇² [rad²/s]",
-        "lateral_acceleration": "∫a_lat² [m²/s³]",
-    }
     return Table(
         caption="Energies of `dynamic` up to T.",
-        heads=["run", *units.values()],
+        heads=["run", *heads(ENERGIES)],
         rows=[
-            [name, *(number(figure(run, f"energy.{energy}"), 3) for energy in units)]
+            [name, *cells(run, [column._replace(digits=3) for column in ENERGIES])]
             for name, run in runs.items()
         ],
     )

@@ -66,8 +66,7 @@ def _draw(axes: Axes, result: RunResult) -> None:
         )
     axes.plot(*truth.poses[:, :2].T, **line)
     track = published_track(result.scenario.name, result.method)
-    if track is not None:
-        axes.plot(*track.poses[:, :2].T, **_published())
+    axes.plot(*track.poses[:, :2].T, **_published())
     draw.plane(axes)
 
 
@@ -91,7 +90,7 @@ def _extent(results: Sequence[RunResult]) -> tuple[float, float, float, float]:
         assert result.corridor is not None
         lines += draw.boundaries_of(result.corridor)
         track = published_track(result.scenario.name, result.method)
-        lines += [] if track is None else [track.poses[:, :2]]
+        lines.append(track.poses[:, :2])
     points = np.concatenate(lines)
     (left, bottom), (right, top) = points.min(axis=0) - 0.7, points.max(axis=0) + 0.7
     return float(left), float(right), float(bottom), float(top)
@@ -104,9 +103,8 @@ def time_figure(results: Sequence[RunResult], beyond: RunResult) -> Figure:
     for column, result in zip(panels.T, results, strict=True):
         _draw_times(column, result, looks.look(result.method))
         track = published_track(result.scenario.name, result.method)
-        if track is not None:
-            _draw_track(column, track)
-            column[0].set_xlim(0.0, min(LONGEST * track.times[-1], _end(result, track)))
+        _draw_track(column, track)
+        column[0].set_xlim(0.0, min(LONGEST * track.times[-1], _end(result, track)))
         column[0].set_title(result.method, fontsize="medium")
         column[-1].set_xlabel("time [s]")
         for axes in column:

@@ -93,8 +93,6 @@ def measured(outcome: DrivenCase, name: str) -> Measured:
 def _published_row(like: RunResult) -> Measured:
     """The published code's run on the course of a run of this project."""
     track, run = published_track(FULL_COURSE, "dynamic"), published_run(FULL_COURSE, "dynamic")
-    assert track is not None
-    assert run is not None
     cusp, end = split_errors(track.poses, like.path)
     apart, wheelbase = like.config.weights.transition_reach, like.config.vehicle.wheelbase
     parts = range(len(like.path.parts))
@@ -105,7 +103,6 @@ def _published_row(like: RunResult) -> Measured:
 def _pictures(outcomes: list[DrivenCase]) -> list[Picture]:
     results = [outcome.result for outcome in outcomes]
     track = published_track(FULL_COURSE, "dynamic")
-    assert track is not None
     return [
         Picture(
             name="full_course",

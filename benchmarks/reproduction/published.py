@@ -1,7 +1,6 @@
 """What this project is compared with: figures and trajectories of the paper and of its published code.
 
-The data are in the folder `published`, with their origin; the run that a scenario and method name is None
-where there is none.
+The data are in the folder `published`, with their origin.
 """
 
 from __future__ import annotations
@@ -45,21 +44,19 @@ def published() -> Figures:
     return tomllib.loads((_FOLDER / "published.toml").read_text(encoding="utf-8"))
 
 
-def published_run(scenario: str, method: str) -> Figures | None:
-    """The figures of a run, named as in `simulation.summary`; None in it where they are not known."""
-    for run in published()["runs"]:
-        if (run["scenario"], run["method"]) == (scenario, method):
-            return {**NEVER, "rms": {}, "energy": {}, **run}
-    return None
+def published_run(scenario: str, method: str) -> Figures:
+    """The figures of a run, named as in `simulation.summary`, None where they are not known.
+
+    Raises KeyError for a run that was not published.
+    """
+    runs = {(run["scenario"], run["method"]): run for run in published()["runs"]}
+    return {**NEVER, "rms": {}, "energy": {}, **runs[scenario, method]}
 
 
-def published_track(scenario: str, method: str) -> Track | None:
-    """The trajectory of a run."""
-    run = published_run(scenario, method)
-    if run is None:
-        return None
-    lines = (_FOLDER / run["trajectory"]).read_text(encoding="utf-8").splitlines()
-    table = np.genfromtxt(lines, delimiter=",", names=True)
+def published_track(scenario: str, method: str) -> Track:
+    """The trajectory of a run. Raises KeyError as `published_run`."""
+    file = _FOLDER / published_run(scenario, method)["trajectory"]
+    table = np.genfromtxt(file, delimiter=",", names=True, encoding="utf-8")
     times, x, y, phi, v, delta, acceleration, steering_rate = (table[name] for name in _COLUMNS)
     track = Track(times, np.stack([x, y, phi], axis=-1), v, delta, acceleration, steering_rate)
     read_only(*track)

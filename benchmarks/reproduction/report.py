@@ -103,7 +103,7 @@ def times_table(runs: Runs) -> Table:
 
 
 def _row(runs: Runs, scenario: str, method: str) -> list[str]:
-    known = published_run(scenario, method) or {}
+    known = published_run(scenario, method)
     paper, code = known.get("time_in_paper_s"), known.get("time_to_tolerance_s")
     here = runs.figures(scenario, method)["time_to_tolerance_s"]
     cells = [paper, code, here, ratio(here, paper)]

@@ -34,8 +34,9 @@ def ratio(one: float | None, other: float | None) -> float | None:
     return one / other if one is not None and other else None
 
 
-def time_told(figures: Figures, published: Figures) -> str:
+def time_told(scenario: str, figures: Figures) -> str:
     """The time to tolerance of the proposed method beside the published ones."""
+    published = published_run(scenario, "dynamic")
     time, paper = figures["time_to_tolerance_s"], published["time_in_paper_s"]
     code = published["time_to_tolerance_s"]
     if time is None:
@@ -48,25 +49,25 @@ def time_told(figures: Figures, published: Figures) -> str:
     )
 
 
-def near_paper(figures: Figures, published: Figures) -> bool | None:
+def near_paper(scenario: str, figures: Figures) -> bool | None:
     """Whether the time to tolerance is that of the paper within 10 %; None if it was never reached."""
-    times = ratio(figures["time_to_tolerance_s"], published["time_in_paper_s"])
+    times = ratio(figures["time_to_tolerance_s"], published_run(scenario, "dynamic")["time_in_paper_s"])
     return None if times is None else abs(times - 1.0) <= 0.1
 
 
-def times_told(method: str, figures: Figures, base: Figures, published: Figures, first: Figures) -> str:
+def times_told(scenario: str, method: str, runs: Mapping[str, Figures]) -> str:
     """How much longer a method takes than `dynamic`: here, in the paper and in the published code."""
-    others = f"paper {published_times('time_in_paper_s', published, first)}, "
-    others += f"published code {published_times('time_to_tolerance_s', published, first)}"
-    mine = ratio(figures["time_to_tolerance_s"], base["time_to_tolerance_s"])
+    others = "paper {}, published code {}".format(*published_times(scenario, method))
+    mine = times_of(runs, method)
     if mine is None:
-        return f"`{method}` has no time to compare with that of `dynamic` ({others}): {ending(figures)}."
-    return f"`{method}` takes {mine:.2f} times `dynamic` ({others}); {ending(figures)}."
+        return f"`{method}` has no time to compare with that of `dynamic` ({others}): {ending(runs[method])}."
+    return f"`{method}` takes {mine:.2f} times `dynamic` ({others}); {ending(runs[method])}."
 
 
-def published_times(kind: str, published: Figures, first: Figures) -> str:
-    """A published time as a multiple of that of `dynamic`; `kind` says whose."""
-    return number(ratio(published.get(kind), first.get(kind)), 2)
+def published_times(scenario: str, method: str) -> list[str]:
+    """The time of a method as a multiple of that of `dynamic`: in the paper, by the published code."""
+    run, first = published_run(scenario, method), published_run(scenario, "dynamic")
+    return [number(ratio(run[kind], first[kind]), 2) for kind in ("time_in_paper_s", "time_to_tolerance_s")]
 
 
 def ending(figures: Figures) -> str:
@@ -130,7 +131,7 @@ def claims(scenario: str) -> Sequence[Claim]:
     shared = (
         Claim(
             "`dynamic` takes as long as in the paper, within 10 %",
-            lambda runs: near_paper(runs["dynamic"], published_run(scenario, "dynamic") or {}),
+            lambda runs: near_paper(scenario, runs["dynamic"]),
             lambda runs: _seconds(scenario, runs["dynamic"]),
         ),
         Claim(
@@ -180,20 +181,19 @@ def _behind(scenario: str) -> Sequence[Claim]:
 
 
 def _seconds(scenario: str, run: Figures) -> str:
-    known = published_run(scenario, "dynamic") or {}
+    known = published_run(scenario, "dynamic")
     times = [run["time_to_tolerance_s"], known["time_in_paper_s"], known["time_to_tolerance_s"]]
     here, paper, code = (number(time, 2) for time in times)
     return f"here {here} s, paper {paper} s, published code {code} s"
 
 
 def _times_of(scenario: str, runs: Mapping[str, Figures], method: str) -> str:
-    known, first = published_run(scenario, method) or {}, published_run(scenario, "dynamic") or {}
-    paper, code = (published_times(kind, known, first) for kind in ("time_in_paper_s", "time_to_tolerance_s"))
+    paper, code = published_times(scenario, method)
     return f"{number(times_of(runs, method), 2)} times here, paper {paper}, published code {code}"
 
 
 def _turns_of(scenario: str, runs: Mapping[str, Figures], method: str) -> str:
-    there = [(published_run(scenario, name) or {})["direction_changes"] for name in (method, "dynamic")]
+    there = [published_run(scenario, name)["direction_changes"] for name in (method, "dynamic")]
     return (
         f"`{method}` {_turns(runs, method)} and `dynamic` {_turns(runs, 'dynamic')} here, "
         f"{there[0]} and {there[1]} in the published code"
@@ -201,7 +201,7 @@ def _turns_of(scenario: str, runs: Mapping[str, Figures], method: str) -> str:
 
 
 def _clearance_of(scenario: str, run: Figures) -> str:
-    there = (published_run(scenario, "switched") or {})["min_clearance_m"]
+    there = published_run(scenario, "switched")["min_clearance_m"]
     return (
         f"here {'it docks' if run['docked'] else 'it does not dock'}, clearance of the body "
         f"{number(run['min_clearance_m'], 2)} m; published code {number(there, 2)} m"

@@ -121,7 +121,6 @@ def test_what_default_set_out_for_is_judged_by_the_run() -> None:
 def test_the_least_energy_is_that_of_the_shorter_way() -> None:
     """12 D²/T³ by the published trajectory where this run's way is longer."""
     track = published_track("docking_inside", "dynamic")
-    assert track is not None
     way = np.hypot(*np.diff(track.poses[:, :2], axis=0).T).sum()
     for mine, shorter in ((1e3, way), (5.0, 5.0)):
         last = aims({**spent(20.0, 1.0), "distance_m": mine}, "docking_inside")[-1]
