@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.tables import ROOT, command_line, number, origin, write_json, write_table
-from rti_mpcc import DockingController
 from rti_mpcc.simulation import GoalSource, builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.closed_loop import Controller
+from rti_mpcc.simulation.controllers import controller_of
 
 COMMAND = "python -m benchmarks.measure_detections"
 SEEDS = range(10)
@@ -30,8 +30,7 @@ def controller(scenario_name: str, settings: Mapping[str, Any]) -> Controller:
     """The controller of a scenario with other settings of its goal filter."""
     scenario = load_scenario(scenario_name)
     config = scenario.controller_config().changed(goal_tracking={"filter": settings})
-    path = scenario.build_path()
-    return DockingController(path, scenario.build_corridor(path), config)
+    return controller_of(scenario, config)
 
 
 def measure(name: str, seed: int, source: GoalSource, part: str = "as it is") -> dict[str, Any]:

@@ -32,6 +32,7 @@ from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
+from rti_mpcc.simulation.controllers import controller_of
 from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.types import Array, Command, Status, VehicleState
@@ -75,11 +76,10 @@ def run(variation: Variation) -> dict[str, Any]:
     """Drive a variation and give its figures."""
     scenario = changed(load_scenario(variation.scenario), variation.changes)
     config = scenario.controller_config(variation.preset).changed(**variation.settings)
-    path = scenario.build_path()
     with ExitStack() as stack:
         for name, value in variation.patches.items():
             stack.enter_context(patch(name, value))
-        recorder = Recorder(DockingController(path, scenario.build_corridor(path), config))
+        recorder = Recorder(controller_of(scenario, config))
         result = simulate(scenario, preset=variation.preset, controller=recorder)
     figures = summary(result)
     later = result.cycles.iterations[1:][result.cycles.solved[1:]]

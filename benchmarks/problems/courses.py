@@ -6,14 +6,14 @@ is drawn from is a `CourseRange`: its defaults are the courses of the report, `C
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any
 
 import numpy as np
 
-from benchmarks.problems.dockable import cramped, find_witness
+from benchmarks.problems.dockable import find_witness
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError, ScenarioError
@@ -23,10 +23,6 @@ DRAWS = 200
 """So many draws of one course before it is given up."""
 DIGITS = 4
 """Of all that is drawn, so that a saved course is readable."""
-NO_MOTION = "no motion that docks was found"
-"""Why a draw that is a scenario is rejected,"""
-NO_ROOM = "no room for the body at {}"
-"""or else this, where start, cusp or goal leave too little."""
 Span = tuple[float, float]
 Tables = dict[str, Any]
 
@@ -92,33 +88,18 @@ def drawn_course(seed: int, index: int, within: CourseRange | None = None) -> Sc
 
     Raises InputError for a negative seed or index, or where nothing can be docked in within DRAWS draws.
     """
-    for drawn in draws(seed, index, within):
-        if isinstance(drawn, Scenario):
-            return drawn
-    raise InputError(f"course {index} of seed {seed}: none of {DRAWS} draws can be docked in")
-
-
-def draws(seed: int, index: int, within: CourseRange | None = None) -> Iterator[Scenario | str]:
-    """All that `drawn_course` draws: why a draw is rejected, and last the course that is not.
-
-    Raises InputError for a negative seed or index.
-    """
     for name, value in (("seed", seed), ("index", index)):
         if value < 0:
             raise InputError(f"{name} = {value}: must be >= 0")
     random = np.random.default_rng([seed, index])
-    within = within or CourseRange()
     for _ in range(DRAWS):
         try:
-            course = scenario_from_dict(_tables(random, seed, index, within))
-        except ScenarioError as error:
-            yield str(error)
+            course = scenario_from_dict(_tables(random, seed, index, within or CourseRange()))
+        except ScenarioError:
             continue
         if find_witness(course) is not None:
-            yield course
-            return
-        place = cramped(course)
-        yield NO_MOTION if place is None else NO_ROOM.format(place)
+            return course
+    raise InputError(f"course {index} of seed {seed}: none of {DRAWS} draws can be docked in")
 
 
 def _tables(random: np.random.Generator, seed: int, index: int, within: CourseRange) -> Tables:

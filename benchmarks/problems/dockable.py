@@ -87,15 +87,11 @@ def find_witness(scenario: Scenario) -> Witness | None:
     return None if found is None else _witness(*found, searched=True)
 
 
-def cramped(scenario: Scenario) -> str | None:
-    """Where the body has no room by CLEARANCE, so that there is no motion; None: nowhere that is known."""
+def cramped(scenario: Scenario) -> bool:
+    """Whether the body has no room by CLEARANCE at start, cusp or goal, so that there is no motion."""
     path, goal, rooms = _problem(scenario)
-    if not rooms[0].free(_poses(path.start)).any():
-        return "the start"
-    for before, after in pairwise(rooms):
-        if not _free_at_cusp(before, after).size:
-            return "a cusp"
-    return None if rooms[-1].free(_poses(goal)).any() else "the goal"
+    at_ends = rooms[0].free(_poses(path.start)).all() and rooms[-1].free(_poses(goal)).all()
+    return not (at_ends and all(_free_at_cusp(*pair).size for pair in pairwise(rooms)))
 
 
 def _problem(scenario: Scenario) -> tuple[ReferencePath, Pose2, list[SideClearance]]:

@@ -7,7 +7,7 @@ constant curvature, and every one of them may begin with a stop at which the whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot, pi, tan
 from typing import Any
@@ -102,18 +102,6 @@ def drawn_scene(seed: int, number: int, kind: str | None = None) -> Scene:
     Raises:
         InputError: a negative seed or number, a kind that there is none of, or nothing within DRAWS draws.
     """
-    for drawn in draws(seed, number, kind):
-        if drawn is not None:
-            return drawn
-    raise InputError(f"scene {number} of seed {seed}: none of {DRAWS} draws has a way that is clear")
-
-
-def draws(seed: int, number: int, kind: str | None = None) -> Iterator[Scene | None]:
-    """All that `drawn_scene` draws: None for every one without a drive that is clear, and last the scene.
-
-    Raises:
-        InputError: as `drawn_scene`, but for running out of draws.
-    """
     for name, value in (("seed", seed), ("number", number)):
         if value < 0:
             raise InputError(f"{name} = {value}: must be >= 0")
@@ -123,9 +111,9 @@ def draws(seed: int, number: int, kind: str | None = None) -> Iterator[Scene | N
     random = np.random.default_rng([seed, number])
     for _ in range(DRAWS):
         scene = _drawn(random, f"{kind}_{seed}_{number}", kind)
-        yield scene
         if scene is not None:
-            return
+            return scene
+    raise InputError(f"scene {number} of seed {seed}: none of {DRAWS} draws has a way that is clear")
 
 
 def kind_of_number(number: int) -> str:

@@ -40,21 +40,11 @@ def nearest_error(poses: Array, wanted: Pose2) -> PoseError:
     return error_at(poses[int(np.argmin(far))], wanted)
 
 
-def cusp_error(result: RunResult) -> PoseError:
-    """Where the run comes nearest to the first cusp."""
-    return nearest_error(result.truth.poses, result.path.parts[0].last)
-
-
 def end_error(result: RunResult) -> PoseError | None:
     """At the end of the run; None where it did not come to the last part."""
     if result.truth.part[-1] < len(result.path.parts) - 1:
         return None
     return error_at(result.truth.poses[-1], result.path.end)
-
-
-def split_errors(poses: Array, path: ReferencePath) -> tuple[PoseError, PoseError]:
-    """The same two of a trajectory (n, 3) that is not from a run and gets to the end."""
-    return nearest_error(poses, path.parts[0].last), error_at(poses[-1], path.end)
 
 
 def smoothness(result: RunResult, part: int, apart: float) -> Smoothness | None:

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 
 from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from geometry import PathPart
-from rti_mpcc.docking import DockingController
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, LAG, frenet_errors
 from rti_mpcc.report import draw
 from rti_mpcc.simulation import load_scenario
+from rti_mpcc.simulation.controllers import controller_of
 from rti_mpcc.types import Array, VehicleState
 
 SCENARIO = "docking_inside"
@@ -57,11 +57,8 @@ def paired(lag_weight: float) -> Paired:
     scenario = load_scenario(SCENARIO)
     config = scenario.controller_config("paper")
     changes = {"weights": {"lag": lag_weight}, "objective": {"terminal_lag": lag_weight}}
-    path = scenario.build_path()
-    controller = DockingController(
-        path, scenario.build_corridor(path), config.changed(**changes, dead_time=0.0)
-    )
-    start = path.start
+    controller = controller_of(scenario, config.changed(**changes, dead_time=0.0))
+    start = controller.state.path.start
     state = VehicleState(
         x=start.x - _BESIDE * np.sin(start.phi),
         y=start.y + _BESIDE * np.cos(start.phi),
@@ -70,7 +67,7 @@ def paired(lag_weight: float) -> Paired:
         delta=0.0,
     )
     states = controller.step(state, now=0.0, goal=scenario.goal_pose()).trajectory.states
-    part = path.parts[0]
+    part = controller.state.path.parts[0]
     reference = part.reference(states[:, THETA])
     errors = frenet_errors(states, reference, part.direction)
     return Paired(

@@ -12,10 +12,10 @@ from benchmarks.reproduction.course_pictures import along_figure, plane_figure
 from benchmarks.reproduction.exactness import (
     PoseError,
     Smoothness,
-    cusp_error,
     end_error,
+    error_at,
+    nearest_error,
     smoothness,
-    split_errors,
     track_smoothness,
 )
 from benchmarks.reproduction.published import published, published_run, published_track
@@ -84,7 +84,7 @@ def measured(outcome: DrivenCase, name: str) -> Measured:
     return Measured(
         name=name,
         time=outcome.figures["time_to_tolerance_s"],
-        cusp=cusp_error(result),
+        cusp=nearest_error(result.truth.poses, result.path.parts[0].last),
         end=end_error(result),
         smooth=tuple(smoothness(result, part, apart) for part in range(len(result.path.parts))),
     )
@@ -93,7 +93,8 @@ def measured(outcome: DrivenCase, name: str) -> Measured:
 def _published_row(like: RunResult) -> Measured:
     """The published code's run on the course of a run of this project."""
     track, run = published_track(FULL_COURSE, "dynamic"), published_run(FULL_COURSE, "dynamic")
-    cusp, end = split_errors(track.poses, like.path)
+    cusp = nearest_error(track.poses, like.path.parts[0].last)
+    end = error_at(track.poses[-1], like.path.end)
     apart, wheelbase = like.config.weights.transition_reach, like.config.vehicle.wheelbase
     parts = range(len(like.path.parts))
     smooth = tuple(track_smoothness(track, like.path, part, apart, wheelbase) for part in parts)

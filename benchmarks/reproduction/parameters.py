@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from operator import attrgetter
 from typing import Any
 
 from benchmarks.reproduction.content import Section, Table, say
@@ -20,17 +20,12 @@ _SAID = (
 )
 
 
-def setting(config: ControllerConfig, name: str) -> Any:
-    """A setting by its path, such as weights.lag."""
-    return reduce(getattr, name.split("."), config)
-
-
 def parameters_section() -> Section:
     """The table."""
     config = ControllerConfig.paper()
     rows, figures = [], {}
     for parameter in published()["parameters"]:
-        value = setting(config, parameter["setting"])
+        value = attrgetter(parameter["setting"])(config)
         figures[parameter["setting"]] = value
         rows.append(
             [

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 
-from benchmarks.reproduction.parameters import setting
 from benchmarks.reproduction.published import published, published_run, published_track
 from rti_mpcc.config import ControllerConfig
 
@@ -56,7 +57,7 @@ def test_origin_is_told_and_settings_of_the_paper_are_those_of_the_preset() -> N
     assert "published code of the paper's authors, run headless" in published()["origin"]
     config = ControllerConfig.paper()
     for parameter in published()["parameters"]:
-        value = setting(config, parameter["setting"])
+        value = attrgetter(parameter["setting"])(config)
         told = parameter.get("code", parameter.get("paper")).partition(" (")[0]
         values = value if isinstance(value, tuple) else (value,)
         assert [float(one) for one in told.split(", ")] == pytest.approx(list(map(float, values)))
