@@ -8,12 +8,14 @@ mission to a dock that says how wrong its pose may be and has a body that must n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from math import cos, pi, sin
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from itertools import product
+from math import cos, isnan, nan, pi, sin
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 import shapely
 
 from benchmarks.foreign import Car, Ride, drive
@@ -214,42 +216,31 @@ def case_of(fault: str, place: Place, seed: int) -> Case:
     return replace(case, dock=dock, follows=follows, after=50.0)
 
 
-def rows(draws: int, seed: int, faults: list[str]) -> Iterator[tuple[str, Place, int, Outcome]]:
-    """Fault, place, seed and outcome of each ride."""
-    for place in PLACES:
-        for k in range(draws):
-            for fault in faults:
-                case = case_of(fault, place, seed + k)
-                yield fault, place, seed + k, judged(case, ride(case))
-
-
 def main() -> None:
     parser = command_line(__doc__, "python -m benchmarks.foreign_goals")
     parser.add_argument("--draws", type=int, default=2, help="rides for each fault and place")
     parser.add_argument("--seed", type=int, default=5400, help="random seed of the first ride")
     parser.add_argument("--faults", nargs="*", default=[*FAULTS, *MOTIONS], help="names; default: all")
     asked = parser.parse_args()
-    found: dict[str, list[tuple[float | None, Outcome]]] = {}
-    clean: dict[tuple[str, int], float | None] = {}
-    for fault, place, seed, outcome in rows(asked.draws, asked.seed, asked.faults):
-        if fault == "clean":
-            clean[place, seed] = outcome.docked_at
-        known, at = clean.get((place, seed)), outcome.docked_at
-        share = at / known if at and known else None
-        found.setdefault(fault, []).append((share, outcome))
-        print(f"{place} {seed} {fault}: {at} s, {share} of clean; {outcome}", flush=True)
-    print(summary(found))
-
-
-def summary(found: dict[str, list[tuple[float | None, Outcome]]]) -> str:
-    """The table of docs/decisions/16-goal-filter.md."""
     rows = []
-    for fault, outcomes in found.items():
-        docked = sum(one.docked_at is not None for _, one in outcomes)
-        shares = [share for share, _ in outcomes if share is not None]
-        most = f"{max(shares):.2f}" if shares and fault in FAULTS else "–"
-        wrong, touched = max(one.wrong for _, one in outcomes), sum(one.touched for _, one in outcomes)
-        rows.append([fault, f"{docked} of {len(outcomes)}", most, f"{wrong:.1f}", f"{touched}"])
+    for place, seed, fault in product(PLACES, range(asked.seed, asked.seed + asked.draws), asked.faults):
+        case = case_of(fault, place, seed)
+        rows.append({"fault": fault, "place": place, "seed": seed, **asdict(judged(case, ride(case)))})
+        print(*rows[-1].values(), sep=" | ", flush=True)
+    print(summary(pd.DataFrame(rows)))
+
+
+def summary(rides: pd.DataFrame) -> str:
+    """The table of docs/decisions/16-goal-filter.md."""
+    clean = rides[rides["fault"] == "clean"].set_index(["place", "seed"])["docked_at"].rename("clean")
+    rides = rides.join(clean, on=["place", "seed"])
+    rides["share"] = rides["docked_at"].astype(float) / rides["clean"].astype(float)
+    rows = []
+    for fault, own in rides.groupby("fault", sort=False):
+        share = own["share"].max() if fault in FAULTS else nan
+        most = "–" if isnan(share) else f"{share:.2f}"
+        docked, touched = own["docked_at"].count(), own["touched"].sum()
+        rows.append([str(fault), f"{docked} of {len(own)}", most, f"{own['wrong'].max():.1f}", str(touched)])
     header = ["fault", "docked", "time / clean, at most", "DOCKED outside, at most [s]", "touched"]
     return table(header, rows)
 

@@ -1,4 +1,4 @@
-"""Sensors with faults, for `benchmarks.foreign`: one function a kind of fault.
+"""Sensors with faults, for `benchmarks.foreign`.
 
 A `Faulty` sensor measures the truth with noise, and changes it from `begin` on.
 """
@@ -69,60 +69,57 @@ def healthy(measured: VehicleState, history: Array, began: Array) -> VehicleStat
     return measured
 
 
-def unsigned_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """Speed without its sign."""
-    return replace(measured, v=abs(measured.v))
-
-
-def dead_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """Speed 0."""
-    return replace(measured, v=0.0)
-
-
-def stuck_speed(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """The speed as it was at the fault's begin."""
-    return replace(measured, v=float(began[4]))
-
-
 def frozen(measured: VehicleState, history: Array, began: Array) -> VehicleState:
     """The whole state as it was at the fault's begin."""
     return state_of(began)
 
 
-def frozen_motion(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """Position and speed as they were at the fault's begin; heading and steering live."""
-    _, x, y, _, v, _ = map(float, began)
-    return replace(measured, x=x, y=y, v=v)
+def misread(**fields: Callable[[VehicleState, VehicleState], float]) -> Fault:
+    """Some fields by what is measured, and by the true state at the fault's begin."""
+
+    def fault(measured: VehicleState, history: Array, began: Array) -> VehicleState:
+        before = state_of(began)
+        return replace(measured, **{name: value(measured, before) for name, value in fields.items()})
+
+    return fault
 
 
-def inverted_steering(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """Steering with the wrong sign."""
-    return replace(measured, delta=-measured.delta)
-
-
-def stuck_steering(measured: VehicleState, history: Array, began: Array) -> VehicleState:
-    """The steering as it was at the fault's begin."""
-    return replace(measured, delta=float(began[5]))
+unsigned_speed = misread(v=lambda measured, _: abs(measured.v))
+dead_speed = misread(v=lambda *_: 0.0)
+stuck_speed = misread(v=lambda _, before: before.v)
+frozen_motion = misread(
+    x=lambda _, before: before.x, y=lambda _, before: before.y, v=lambda _, before: before.v
+)
+inverted_steering = misread(delta=lambda measured, _: -measured.delta)
+stuck_steering = misread(delta=lambda _, before: before.delta)
 
 
 def scaled_speed(share: float) -> Fault:
     """Speed times a share."""
-    return lambda measured, history, began: replace(measured, v=share * measured.v)
+    return misread(v=lambda measured, _: share * measured.v)
+
+
+def dead_band(least: float) -> Fault:
+    """Speed 0 below the least that is measured [m/s]."""
+    return misread(v=lambda measured, _: measured.v * (abs(measured.v) >= least))
+
+
+def offset_steering(angle: float) -> Fault:
+    """Steering with an offset [rad]."""
+    return misread(delta=lambda measured, _: measured.delta + angle)
+
+
+def pose_of(ahead: float) -> Fault:
+    """The pose of a point so far ahead of the rear axle [m]."""
+    return misread(
+        x=lambda measured, _: measured.x + ahead * cos(measured.phi),
+        y=lambda measured, _: measured.y + ahead * sin(measured.phi),
+    )
 
 
 def late_speed(seconds: float) -> Fault:
     """Speed some time ago [s]."""
     return lambda measured, history, began: replace(measured, v=float(at_time(history, seconds)[4]))
-
-
-def dead_band(least: float) -> Fault:
-    """Speed 0 below the least that is measured [m/s]."""
-    return lambda measured, history, began: replace(measured, v=measured.v * (abs(measured.v) >= least))
-
-
-def offset_steering(angle: float) -> Fault:
-    """Steering with an offset [rad]."""
-    return lambda measured, history, began: replace(measured, delta=measured.delta + angle)
 
 
 def late_pose(seconds: float) -> Fault:
@@ -156,10 +153,3 @@ def drifting_pose(speed: float, angle: float, seconds: float = inf) -> Fault:
         return replace(measured, x=measured.x + far * cos(angle), y=measured.y + far * sin(angle))
 
     return fault
-
-
-def pose_of(ahead: float) -> Fault:
-    """The pose of a point so far ahead of the rear axle [m]."""
-    return lambda measured, history, began: replace(
-        measured, x=measured.x + ahead * cos(measured.phi), y=measured.y + ahead * sin(measured.phi)
-    )

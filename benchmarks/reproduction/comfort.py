@@ -171,15 +171,18 @@ def _asked(outcome: DrivenCase) -> dict[str, float]:
     return section.model_dump(exclude={"dead_time", "deadline"}, exclude_none=True)
 
 
+def _pairs(figures: dict[str, Any], form: str) -> list[str]:
+    """Comfort / largest value of each quantity."""
+    return [f"{figures['comfort'][name]:{form}} / {figures['peak'][name]:.3f}" for name in QUANTITIES]
+
+
 def _comfort_table(runs: Runs) -> Table:
     rows = []
     for outcome in runs.comforts:
-        if "docking_time" in _asked(outcome):
-            continue
-        figures = outcome.figures
-        pairs = [f"{figures['comfort'][name]:g} / {figures['peak'][name]:.3f}" for name in QUANTITIES]
-        times = [number(figures[key], 2) for key in ("expected_time_s", "time_to_dock_s")]
-        rows.append([DOCKING[outcome.case.scenario.name], *pairs, *times])
+        if "docking_time" not in _asked(outcome):
+            figures = outcome.figures
+            times = [number(figures[key], 2) for key in ("expected_time_s", "time_to_dock_s")]
+            rows.append([DOCKING[outcome.case.scenario.name], *_pairs(figures, "g"), *times])
     return Table(
         caption="Comfort asked for / largest value driven, and the time that it gives.",
         heads=["scenario", *QUANTITIES.values(), "expected [s]", "docked after [s]"],
@@ -190,14 +193,9 @@ def _comfort_table(runs: Runs) -> Table:
 def _time_table(runs: Runs) -> Table:
     rows = []
     for outcome in runs.comforts:
-        if "docking_time" not in _asked(outcome):
-            continue
-        figures = outcome.figures
-        values = [f"{figures['comfort'][name]:.3f} / {figures['peak'][name]:.3f}" for name in QUANTITIES]
-        asked = _asked(outcome)["docking_time"]
-        rows.append(
-            [DOCKING[outcome.case.scenario.name], f"{asked:g}", number(figures["time_to_dock_s"], 2), *values]
-        )
+        if asked := _asked(outcome).get("docking_time"):
+            times = [f"{asked:g}", number(outcome.figures["time_to_dock_s"], 2)]
+            rows.append([DOCKING[outcome.case.scenario.name], *times, *_pairs(outcome.figures, ".3f")])
     return Table(
         caption="The other way round: time asked for and taken, and comfort / largest value that it gives.",
         heads=["scenario", "asked [s]", "docked after [s]", *QUANTITIES.values()],
