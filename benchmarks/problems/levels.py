@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.problems.scenes import SLOT_CLEARANCE
-from geometry import Pose2
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation.scenario import Scenario, changed
@@ -142,13 +141,11 @@ def _with_room(course: Scenario, changes: dict[str, Any]) -> Scenario:
 def _has_room(scenario: Scenario) -> bool:
     """Whether the body has room at the planned goal; along a path that has been checked by then."""
     goal = scenario.planned_goal() if scenario.in_area else None
-    return goal is None or _room(scenario, goal) >= SLOT_CLEARANCE
-
-
-def _room(scenario: Scenario, pose: Pose2) -> float:
-    """Clearance of the body at a pose in its area [m]."""
-    poses = np.array([[pose.x, pose.y, pose.phi]])
-    return float(scenario.build_area().signed_distances(body_of(scenario.vehicle), poses)[0])
+    if goal is None:
+        return True
+    pose = np.array([[goal.x, goal.y, goal.phi]])
+    (room,) = scenario.build_area().signed_distances(body_of(scenario.vehicle), pose)
+    return bool(room >= SLOT_CLEARANCE)
 
 
 def _number(random: np.random.Generator, low: float, high: float) -> float:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from benchmarks.problems.scenes import drawn_scene, scenario_of
+from benchmarks.problems.scenes import drawn_scene, row, scenario_of
 from geometry import Area, Pose2
 from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig, Vehicle
@@ -84,17 +84,17 @@ def _drawn(random: np.random.Generator, name: str) -> DrawnMission | None:
     data = {
         "name": name,
         "description": "a drawn mission: a capsule is picked up where it is not expected",
-        "start": {"pose": _row(frame.compose(start))},
+        "start": {"pose": row(frame.compose(start))},
         "area": {
             "boundary": outline_at(boundary, frame).tolist(),
             "obstacles": [outline_at(each, frame).tolist() for each in obstacles],
         },
         "goal": {
-            "pose": _row(frame.compose(goal)),
+            "pose": row(frame.compose(goal)),
             "tolerance": [0.05, 0.015, 0.007],
             "body": body.tolist(),
             "measurement": {
-                "initial_offset": _row(off),
+                "initial_offset": row(off),
                 "visible_after_cusp": True,
                 "rate": 5.0,
                 "delay": 0.1,
@@ -118,7 +118,7 @@ def drawn_undocking(seed: int, number: int) -> Scenario:
     out = scene.witness.back().pieces[0].direction if scene.kind != "slot" else 1
     way = WAY_OUT * out * (scene.vehicle.front + scene.vehicle.rear)
     data = scenario_of(scene).model_dump(by_alias=True, exclude_unset=True)
-    data |= {"name": f"undock_{scene.name}", "start": {"pose": _row(scene.goal)}}
+    data |= {"name": f"undock_{scene.name}", "start": {"pose": row(scene.goal)}}
     data["mission"] = [{"kind": "undock", "distance": float(way)}]
     return scenario_from_dict(data, source=data["name"])
 
@@ -196,7 +196,7 @@ def _possible(start: Pose2, goal: Pose2, off: Pose2, area: Area, body: Array) ->
 
 def _seen(random: np.random.Generator, other: Pose2) -> tuple[dict[str, Any], dict[str, Any], MissionResult]:
     """What the camera does wrong: [goal.camera], keys of [goal.measurement], and what is to come of it."""
-    camera: dict[str, Any] = {"others": [{"pose": _row(other), "first_marker": OTHER_MARKER}]}
+    camera: dict[str, Any] = {"others": [{"pose": row(other), "first_marker": OTHER_MARKER}]}
     camera["board"] = {"x": -(CONTACT + Vehicle().rear)}
     late, lost, wrong, missing = random.uniform(size=4) < (0.4, 0.4, 0.4, 0.05)
     begin, after = random.uniform(0.3, 3.0, 2).tolist()
@@ -216,7 +216,3 @@ def _seen(random: np.random.Generator, other: Pose2) -> tuple[dict[str, Any], di
 def _body(pose: Pose2) -> Array:
     corners: Array = body_polygons(np.array([[pose.x, pose.y, pose.phi]]), Vehicle())[0]
     return corners
-
-
-def _row(pose: Pose2) -> list[float]:
-    return [pose.x, pose.y, pose.phi]

@@ -215,20 +215,18 @@ def _in_world(corners: Array, frame: Pose2, mirrored: bool) -> Array:
 
 def scenario_of(scene: Scene) -> Scenario:
     """The scenario of a scene: start, area and goal; nothing of its witness."""
-    area: dict[str, Any] = {"obstacles": [_corners(each) for each in scene.obstacles]}
+    area: dict[str, Any] = {"obstacles": [each.tolist() for each in scene.obstacles]}
     if scene.boundary is not None:
-        area["boundary"] = _corners(scene.boundary)
+        area["boundary"] = scene.boundary.tolist()
     return scenario_from_dict(
         {
             "name": scene.name,
             "description": _described(scene),
-            "start": {"pose": _pose(scene.start)},
+            "start": {"pose": row(scene.start)},
             "area": area,
-            "goal": {"pose": _pose(scene.goal)},
-            "vehicle": {
-                name: getattr(scene.vehicle, name) for name in ("wheelbase", "width", "front", "rear")
-            },
-            "limits": {name: float(value) for name, value in scene.limits.model_dump().items()},
+            "goal": {"pose": row(scene.goal)},
+            "vehicle": scene.vehicle.model_dump(exclude={"outline"}),
+            "limits": scene.limits.model_dump(),
             "controller": {"comfort_acceleration": scene.comfort_acceleration},
             "simulation": {"cycle": 0.05, "dead_time": DEAD_TIME, "duration": DURATION},
         }
@@ -240,12 +238,8 @@ def kind_of(scenario: Scenario) -> str:
     return scenario.name.partition("_")[0]
 
 
-def _corners(outline: Array) -> list[list[float]]:
-    corners: list[list[float]] = outline.tolist()
-    return corners
-
-
-def _pose(pose: Pose2) -> list[float]:
+def row(pose: Pose2) -> list[float]:
+    """As a scenario file has it."""
     return [pose.x, pose.y, pose.phi]
 
 
