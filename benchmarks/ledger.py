@@ -144,46 +144,31 @@ def ledger(drives: Sequence[Drive], *, workers: int) -> pd.DataFrame:
 # -- closed loop ------------------------------------------------------------------------------------
 
 
-def driven(name: str, *, preset: str, tight: bool) -> dict[str, Any]:
+def driven(name: str, tight: bool) -> dict[str, Any]:
     """`summary` of a scenario with the shipped settings of the solver or with tight ones."""
     scenario = load_scenario(name)
-    if not tight:
-        return summary(simulate(scenario, preset=preset))
     detections = scenario.goal.measurement is not None
-    config = scenario.controller_config(preset, method="dynamic", detections=detections).changed(solver=TIGHT)
-    return summary(simulate(scenario, preset=preset, controller=controller_of(scenario, config)))
+    config = scenario.controller_config("default", method="dynamic", detections=detections)
+    controller = controller_of(scenario, config.changed(solver=TIGHT)) if tight else None
+    return summary(simulate(scenario, controller=controller))
 
 
-def closed_loop(names: Sequence[str], *, presets: Sequence[str], workers: int) -> list[dict[str, Any]]:
+def closed_loop(names: Sequence[str], *, workers: int) -> list[dict[str, Any]]:
     """T [s] and clearance [m] of each run with shipped and tight settings, and how far they are apart."""
-    runs = [(name, preset) for preset in presets for name in names]
     with ProcessPoolExecutor(workers) as pool:
-        rows = [
-            [pool.submit(driven, name, preset=preset, tight=tight) for tight in (False, True)]
-            for name, preset in runs
-        ]
-        return [
-            compared(name, preset, *(job.result() for job in row))
-            for (name, preset), row in zip(runs, rows, strict=True)
-        ]
+        shipped, tight = (pool.map(driven, names, [each] * len(names)) for each in (False, True))
+        return list(map(compared, shipped, tight))
 
 
-def compared(name: str, preset: str, shipped: dict[str, Any], tight: dict[str, Any]) -> dict[str, Any]:
+def compared(shipped: dict[str, Any], tight: dict[str, Any]) -> dict[str, Any]:
     """One run's figures with both settings; a clearance of None is one of nothing near."""
     time, clearance = "time_to_tolerance_s", "min_clearance_m"
     apart = 0.0
     if shipped[clearance] is not None and tight[clearance] is not None:
         apart = abs(shipped[clearance] - tight[clearance])
     return {
-        "scenario": name,
-        "preset": preset,
-        "shipped": {key: shipped[key] for key in ("docked", time, "time_to_dock_s", clearance)},
-        "tight": {key: tight[key] for key in ("docked", time, "time_to_dock_s", clearance)},
-        "iterations_p50": {
-            "shipped": shipped["solver"]["iterations_p50"],
-            "tight": tight["solver"]["iterations_p50"],
-        },
-        "failures": {"shipped": shipped["solver"]["failures"], "tight": tight["solver"]["failures"]},
+        "scenario": shipped["scenario"],
+        **{name: {"shipped": shipped[name], "tight": tight[name]} for name in ("docked", time, clearance)},
         "time_apart": relative_change(shipped[time], tight[time]),
         "clearance_apart_m": apart,
     }

@@ -1,12 +1,12 @@
 """How fast a cycle is, by what it grows, and how exact its first control is; `make bench`.
 
-    OMP_NUM_THREADS=1 python -m benchmarks.measure_speed [--quick] [--docs]
+    OMP_NUM_THREADS=1 python -m benchmarks.measure_speed [--quick] [--docs] [--rounds 3]
 
 Feeds fresh controllers with the recorded inputs of all built-in scenarios, round after round, and measures a
 yardstick between them that tells how fast this machine is just then. Prints the tables and writes
 runs/bench.json; with `--docs` also docs/performance.json, and some of the tables and the picture of
-docs/performance.md. `--quick` tries out all
-of it on a little of the workload: its figures mean nothing. Exit status 1 if a target is not met.
+docs/performance.md. `--quick` tries out all of it on a little of the workload: its figures mean nothing. Exit
+status 1 if a target is not met.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from benchmarks.measured import QUICK, Extent, Measured, measure
 from benchmarks.speed_tables import blocks, draw, numbers
 from benchmarks.speed_targets import targets
 from benchmarks.tables import ROOT, command_line, origin, replace_block, told, write_json
+from rti_mpcc.cli.arguments import integer
 from rti_mpcc.simulation import builtin_names
 
 COMMAND = "python -m benchmarks.measure_speed"
@@ -32,28 +33,8 @@ def parsed() -> argparse.Namespace:
     parser = command_line(__doc__, COMMAND)
     parser.add_argument("--quick", action="store_true", help="try out all of it on a little of the workload")
     parser.add_argument("--docs", action="store_true", help="write docs/performance.md and its picture")
-    parser.add_argument(
-        "--presets", nargs="+", default=["default"], help="driven with tight settings as well"
-    )
-    parser.add_argument("--rounds", type=int, default=3, help="that are judged; default: %(default)s")
-    parser.add_argument("--scenarios", nargs="+", choices=builtin_names(), default=builtin_names())
+    parser.add_argument("--rounds", type=integer(1), default=3, help="that are judged; default: %(default)s")
     return parser.parse_args()
-
-
-def extent_of(asked: argparse.Namespace) -> Extent:
-    """What to measure."""
-    if asked.quick:
-        return QUICK
-    return Extent(scenarios=tuple(asked.scenarios), rounds=max(asked.rounds, 1), presets=tuple(asked.presets))
-
-
-def command_of(asked: argparse.Namespace) -> str:
-    """The command that measures the same."""
-    if asked.quick:
-        return f"{COMMAND} --quick"
-    command = f"{COMMAND} --rounds {asked.rounds} --presets {' '.join(asked.presets)}"
-    some = tuple(asked.scenarios) != tuple(builtin_names())
-    return f"{command} --scenarios {' '.join(asked.scenarios)}" if some else command
 
 
 def written(found: Measured, judged: list[Target], asked: argparse.Namespace, source: dict[str, Any]) -> None:
@@ -78,8 +59,10 @@ def main() -> int:
             raise SystemExit(
                 f"{name} = {os.environ.get(name)}: must be 1, the figures are those of one thread"
             )
-    source = {**origin(command_of(asked)), "piqp": version("piqp")}
-    found = measure(extent_of(asked))
+    extent = QUICK if asked.quick else Extent(scenarios=tuple(builtin_names()), rounds=asked.rounds)
+    command = f"{COMMAND} --quick" if asked.quick else f"{COMMAND} --rounds {extent.rounds}"
+    source = {**origin(command), "piqp": version("piqp")}
+    found = measure(extent)
     judged = targets(found)
     for name, text in blocks(found).items():
         print(f"\n{name}\n{text}")

@@ -30,7 +30,6 @@ class Extent:
         rounds: besides the first one.
         passes: of the sweeps; quick: only the ends of each series.
         processes: started for each figure of import and memory.
-        presets: driven in closed loop.
     """
 
     scenarios: tuple[str, ...]
@@ -39,7 +38,6 @@ class Extent:
     passes: int = 3
     processes: int = 5
     quick: bool = False
-    presets: tuple[str, ...] = ("default",)
 
 
 QUICK = Extent(scenarios=("docking_behind",), cycles=60, rounds=2, passes=1, processes=1, quick=True)
@@ -96,7 +94,7 @@ def measure(extent: Extent) -> Measured:
     say("accuracy ledger ...")
     entries = ledger(drives, workers=workers)
     say("closed loop with tight settings ...")
-    loops = closed_loop(extent.scenarios, presets=extent.presets, workers=workers)
+    loops = closed_loop(extent.scenarios, workers=workers)
     return Measured(
         drives=drives,
         warm_up=warm_up,

@@ -61,14 +61,14 @@ def _accuracy(found: Measured) -> list[Target]:
             "T, shipped against tight settings [%]",
             100.0 * slow["time_apart"],
             2.0,
-            note=f"{slow['scenario']}, {slow['preset']}",
+            note=slow["scenario"],
         ),
         Target(
             "clearance, shipped against tight settings [m]",
             near["clearance_apart_m"],
             0.02,
             digits=3,
-            note=f"{near['scenario']}, {near['preset']}",
+            note=near["scenario"],
         ),
     ]
 

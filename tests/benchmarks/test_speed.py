@@ -52,14 +52,13 @@ def test_kinds_of_qps(time_to_go: float | None, kind: str) -> None:
 
 def test_runs_with_both_settings_are_compared() -> None:
     def run(time: float | None, clearance: float | None) -> dict[str, object]:
-        solver = {"iterations_p50": 25.0, "failures": 0}
-        times = {"docked": True, "time_to_tolerance_s": time, "time_to_dock_s": time}
-        return {**times, "min_clearance_m": clearance, "solver": solver}
+        times = {"docked": True, "time_to_tolerance_s": time}
+        return {"scenario": "one", **times, "min_clearance_m": clearance}
 
-    row = compared("one", "default", run(20.2, 0.11), run(20.0, 0.10))
+    row = compared(run(20.2, 0.11), run(20.0, 0.10))
     assert row["time_apart"] == pytest.approx(0.01)
     assert row["clearance_apart_m"] == pytest.approx(0.01)
-    assert compared("one", "default", run(20.2, None), run(None, None))["time_apart"] == float("inf")
+    assert compared(run(20.2, None), run(None, None))["time_apart"] == float("inf")
 
 
 def test_a_denser_line_runs_the_same() -> None:
