@@ -9,13 +9,11 @@ may be beside it, it is open to the sides, too, up to its own boundaries.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import shapely
 
 from geometry.area import Area
-from geometry.arrays import Array, Mask
+from geometry.arrays import Array
 from geometry.corridor import Corridor
 from geometry.errors import CorridorError
 from geometry.outline import path_line
@@ -125,32 +123,20 @@ def _along(origin: Array, unit: Array, pieces: Array) -> Array:
 def _strips(middle: Array, side: Array) -> list[shapely.Geometry]:
     """Polygons that cover what is between each two neighbours of points (n, 2) on a path and beside it.
 
-    Many neighbours make one polygon. Where that crosses itself, and where two neighbours make none that is
-    convex, each two are put in a hull of their own.
+    Many neighbours make one polygon. Where that crosses itself, or two of them make none that is convex, each
+    two are put in a hull of their own.
     """
     quads = np.stack([middle[:-1], side[:-1], side[1:], middle[1:]], axis=1)
     ways = np.roll(quads, -1, axis=1) - quads
     turns = _cross(ways, np.roll(ways, -1, axis=1))
     convex = np.asarray((turns > 0.0).all(axis=1) | (turns < 0.0).all(axis=1))
-    alone = ~convex[1:] | ~convex[:-1]
-    starts = np.flatnonzero(np.pad(alone, (1, 0), constant_values=True))
-    bends = np.pad(_bends(middle) | _bends(side), 1, constant_values=True)
-    cuts = [k for a, b in pairwise([*starts.tolist(), len(quads)]) for k in range(a, b, _STRIP)]
     found: list[shapely.Geometry] = []
-    for a, b in pairwise([*cuts, len(quads)]):
-        kept = bends[a : b + 1].copy()
-        kept[[0, -1]] = True
-        ring = np.concatenate([middle[a : b + 1][kept], side[a : b + 1][kept][::-1]])
-        strip = shapely.Polygon(ring)
-        whole = convex[a] and strip.is_valid
-        found += [strip] if whole else list(shapely.convex_hull(shapely.multipoints(quads[a:b])))
+    for k in range(0, len(quads), _STRIP):
+        ends, some = slice(k, k + _STRIP + 1), slice(k, k + _STRIP)
+        strip = shapely.Polygon(np.concatenate([middle[ends], side[ends][::-1]]))
+        whole = convex[some].all() and strip.is_valid
+        found += [strip] if whole else list(shapely.convex_hull(shapely.multipoints(quads[some])))
     return found
-
-
-def _bends(line: Array) -> Mask:
-    """Whether a line (n, 2) bends at each of its points (n-2,) but the ends."""
-    before, after = line[1:-1] - line[:-2], line[2:] - line[1:-1]
-    return np.asarray(np.abs(_cross(before, after)) > _STRAIGHT * np.hypot(*(before + after).T))
 
 
 def _cross(a: Array, b: Array) -> Array:
