@@ -15,16 +15,17 @@ otherwise. What is not opaque is unknown. What an array says: `Area.from_grid`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from io import BytesIO
-from math import cos, isfinite, sin
+from math import cos, sin
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, UnidentifiedImageError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from geometry import files
 from geometry.arrays import Array, Index, Mask
@@ -33,7 +34,6 @@ from geometry.outline import FARTHEST
 from geometry.pose import Pose2
 from geometry.shape_grid import locked
 
-_KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
 _OCCUPIED, _FREE = 0.65, 0.25  # of arrays
 _RECTANGLES = 500_000  # each takes some 300 bytes
@@ -53,17 +53,17 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> tuple[Array,
     """
     try:
         entries = _checked(_read_yaml(file))
-        levels, most, opaque = _read_picture(Path(file).parent / entries["image"])
+        levels, most, opaque = _read_picture(Path(file).parent / entries.image)
         value = 255.0 * np.arange(most + 1) / most
-        p = (value if entries["negate"] else 255.0 - value) / 255.0
+        p = (value if entries.negate else 255.0 - value) / 255.0
         unknown_is_solid = not unknown_is_free
-        solid = (p > entries["occupied_thresh"]) | ((p >= entries["free_thresh"]) & unknown_is_solid)
+        solid = (p > entries.occupied_thresh) | ((p >= entries.free_thresh) & unknown_is_solid)
         cells = solid[levels]
         if opaque is not None:
             cells[~opaque] = unknown_is_solid
         if cells.all():
             raise AreaError("no cell of the map is free, at least one must be.")
-        return _map_of(cells[::-1], entries["resolution"], entries["origin"])
+        return _map_of(cells[::-1], entries.resolution, entries.origin)
     except AreaError as error:
         raise AreaError(f"{file}: {error}") from error.__cause__
 
@@ -177,65 +177,56 @@ def _read_yaml(file: files.File) -> dict[str, Any]:
     except ValueError as error:
         raise AreaError(f"is no YAML file, or {error}.") from error
     if not isinstance(found, dict):
-        raise AreaError(f"must be a YAML file with the keys {', '.join(_KEYS)}.")
+        raise AreaError(f"must be a YAML file with the keys {_KEYS}.")
     return found
 
 
-def _checked(found: dict[str, Any]) -> dict[str, Any]:
-    """The entries of the YAML file, each turned into what it says."""
-    for key in _KEYS:
-        if key not in found:
-            raise AreaError(f"{key} is missing, a map needs {', '.join(_KEYS)}.")
-    mode = found.get("mode", "trinary")
-    if str(mode).lower() != "trinary":
-        raise AreaError(f"mode = {shown(mode)}: must be trinary, scale and raw are not supported.")
-    entries = {}
-    for key, (turn, allowed) in _ALLOWED.items():
-        try:
-            entries[key] = turn(found[key])
-        except (TypeError, ValueError, OverflowError):
-            raise AreaError(f"{key} = {shown(found[key])}: must be {allowed}.") from None
-    free, occupied = entries["free_thresh"], entries["occupied_thresh"]
-    if free > occupied:
-        raise AreaError(f"free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
-    return entries
-
-
-def _number(least: float, most: float) -> Callable[[Any], float]:
-    """Turns an entry into a number; PyYAML takes 5e-2 for a text, other readers don't."""
-
-    def turn(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
-            raise TypeError
-        number = float(value)
-        if not (isfinite(number) and least <= number <= most):
-            raise ValueError
-        return number
-
-    return turn
-
-
-def _origin(value: Any) -> Origin:
-    if not isinstance(value, list):
-        raise TypeError
-    x, y, yaw = map(_number(-FARTHEST, FARTHEST), value)
-    return x, y, yaw
-
-
-def _image(value: Any) -> str:
-    if not isinstance(value, str) or not value or "\0" in value:
-        raise TypeError
+def _no_truth_value(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError("must be a number")
     return value
 
 
-_ALLOWED: dict[str, tuple[Callable[[Any], Any], str]] = {
-    "free_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
-    "occupied_thresh": (_number(0.0, 1.0), "a number from 0 to 1"),
-    "negate": ((0, 1).index, "0 or 1"),
-    "image": (_image, "the name of a PGM or PNG file"),
-    "resolution": (_number(_FINEST, _COARSEST), f"a number from {_FINEST:g} to {_COARSEST:g}"),
-    "origin": (_origin, f"[x, y, yaw], numbers of at most {FARTHEST:g}"),
-}
+# PyYAML takes 5e-2 for a text, other readers don't: a text is tried as a number.
+_Number = Annotated[float, BeforeValidator(_no_truth_value)]
+_Share = Annotated[_Number, Field(ge=0.0, le=1.0, description="a number from 0 to 1")]
+_Place = Annotated[_Number, Field(ge=-FARTHEST, le=FARTHEST)]
+_Length = Annotated[_Number, Field(ge=_FINEST, le=_COARSEST)]
+
+
+class _Entries(BaseModel):
+    """The entries of the YAML file; the description of each says what is allowed."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    image: str = Field(pattern=r"^[^\x00]+$", description="the name of a PGM or PNG file")
+    resolution: _Length = Field(description=f"a number from {_FINEST:g} to {_COARSEST:g}")
+    origin: tuple[_Place, _Place, _Place] = Field(description=f"[x, y, yaw], numbers of at most {FARTHEST:g}")
+    occupied_thresh: _Share
+    free_thresh: _Share
+    negate: Annotated[bool, BeforeValidator((False, True).index)] = Field(description="0 or 1")
+    mode: Annotated[Literal["trinary"], BeforeValidator(lambda value: str(value).lower())] = Field(
+        default="trinary", description="trinary, scale and raw are not supported"
+    )
+
+
+_KEYS = ", ".join(name for name, field in _Entries.model_fields.items() if field.is_required())
+
+
+def _checked(found: dict[str, Any]) -> _Entries:
+    try:
+        entries = _Entries.model_validate(found)
+    except ValidationError as error:
+        problem = error.errors()[0]
+        key = str(problem["loc"][0])
+        if problem["type"] == "missing":
+            raise AreaError(f"{key} is missing, a map needs {_KEYS}.") from None
+        allowed = _Entries.model_fields[key].description
+        raise AreaError(f"{key} = {shown(found[key])}: must be {allowed}.") from None
+    free, occupied = entries.free_thresh, entries.occupied_thresh
+    if free > occupied:
+        raise AreaError(f"free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
+    return entries
 
 
 def _read_picture(file: Path) -> tuple[NDArray[Any], int, Mask | None]:
@@ -260,7 +251,5 @@ def _read_picture(file: Path) -> tuple[NDArray[Any], int, Mask | None]:
         return np.asarray(picture), 65535, None
     if picture.mode in ("1", "L") and "transparency" not in picture.info:
         return np.asarray(picture.convert("L")), 255, None
-    has_alpha = "A" in picture.getbands() or "transparency" in picture.info
-    pixels = np.asarray(picture.convert("RGBA" if has_alpha else "RGB"))
-    opaque = pixels[..., 3] == 255 if has_alpha else None
-    return pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opaque
+    pixels = np.asarray(picture.convert("RGBA"))
+    return pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, pixels[..., 3] == 255
