@@ -30,7 +30,6 @@ from geometry.validation import Validated
 
 _PROBE = 1e-3  # [m]
 _AT_A_TIME = 8_000  # points that are computed together: a long route takes little memory meanwhile
-_PIECES = 30  # pieces of path, likewise
 _ROUNDING = 1e-9 * SPACING  # [m]: a length of whole steps has no more of them
 _GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
 _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
@@ -126,24 +125,17 @@ def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
         lengths = np.diff(ends) * np.maximum(np.abs(stretch), 1.0)
         counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
-        for k in range(0, counts.size, _PIECES):
-            piece, step = number_steps(counts[k : k + _PIECES])
-            piece += k
-            thetas.append(ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1))
-            offsets.append(np.broadcast_to(values[i], piece.shape))
-            folded.append(stretch[piece] < -1e-9)
+        piece, step = number_steps(counts)
+        thetas.append(ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1))
+        offsets.append(np.full(piece.size, values[i]))
+        folded.append(stretch[piece] < -1e-9)
     samples = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
     return _Raw(part, sections, _PathDistance(part), *samples)
 
 
 def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
-    points = np.empty(theta.size, dtype=np.complex128)
-    for i in range(0, theta.size, _AT_A_TIME):
-        some = slice(i, i + _AT_A_TIME)
-        at = part.reference(theta[some])
-        points.real[some] = at.x - offset[some] * np.sin(at.phi)
-        points.imag[some] = at.y + offset[some] * np.cos(at.phi)
-    return points
+    at = part.reference(theta)
+    return as_complex(np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)]))
 
 
 class _PathDistance:
