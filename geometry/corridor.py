@@ -15,7 +15,7 @@ from geometry.area import Area
 from geometry.arrays import Array
 from geometry.contacts import Contacts, line_contacts
 from geometry.errors import CorridorError, InputError
-from geometry.flanks import FLANKS, flank_contacts, nearest_contacts
+from geometry.flanks import FLANKS, flank_contacts
 from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
     checked_polygon,
@@ -184,12 +184,12 @@ class Corridor(Validated, error=CorridorError):
         """
         poses = to_rows(poses, 3, "poses")
         if self.area is not None:
-            grids = (self.area.grid, self.kept_out)
-            found = flank_contacts(body, poses, grids, within=within, outward=outward)
+            grids = self.area.grid, self.kept_out
+            found = flank_contacts(body, poses, *grids, within=within, outward=outward)
         else:
             found = line_contacts(body, poses, self._part(part).smooth, within=within, outward=outward)
             if self.obstacles:
-                nearest = nearest_contacts(body, poses, self.kept_out, within=within, outward=outward)
+                nearest = flank_contacts(body, poses, self.kept_out, within=within, outward=outward, sides=1)
                 found = np.concatenate((found, nearest), axis=2)
         return Contacts(values=locked(found))
 

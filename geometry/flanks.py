@@ -28,24 +28,18 @@ FLANKS: Final = 4
 
 
 def flank_contacts(
-    body: Body, poses: Array, grids: tuple[ShapeGrid, ...], *, within: float, outward: float
+    body: Body, poses: Array, *grids: ShapeGrid, within: float, outward: float = 0.0, sides: int = FLANKS
 ) -> Array:
-    """Return the `Contacts.values` (n, pieces, FLANKS, 5) of a body at `poses` (n, 3) with solid shapes.
+    """Return the `Contacts.values` (n, pieces, sides, 5) of a body at `poses` (n, 3) with solid shapes.
 
     Args:
         within: what is farther away is left out [m]; outward: see geometry.contacts.
+        sides: FLANKS, or 1: all shapes are one side.
     """
-    found = no_contacts(len(poses), body.pieces * FLANKS)
+    found = no_contacts(len(poses), body.pieces * sides)
     for grid in grids:
-        _solid_contacts(body, poses, grid, FLANKS, within, outward, found)
-    return found.reshape(len(poses), body.pieces, FLANKS, CONTACT)
-
-
-def nearest_contacts(body: Body, poses: Array, grid: ShapeGrid, *, within: float, outward: float) -> Array:
-    """Return the same (n, pieces, 1, 5) with all shapes as one side."""
-    found = no_contacts(len(poses), body.pieces)
-    _solid_contacts(body, poses, grid, 1, within, outward, found)
-    return found.reshape(len(poses), body.pieces, 1, CONTACT)
+        _solid_contacts(body, poses, grid, sides, within, outward, found)
+    return found.reshape(len(poses), body.pieces, sides, CONTACT)
 
 
 @kernel

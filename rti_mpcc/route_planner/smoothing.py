@@ -199,13 +199,8 @@ class Smoothing:
     def _half_planes(self, now: CurvatureProfile, at: Traced) -> tuple[Array, Array]:
         """Lack of margin (n,) [m], and how the variables (n, many) make up for it: at some of the poses, and
         at all where it is lacking, for a corner may be passed between those."""
-        body, grid, margin, within = (
-            self._problem.body,
-            self._problem.grid,
-            self._margin,
-            self._margin + _NEAR,
-        )
-        contacts = flank_contacts(body, at.poses[:-1], (grid,), within=within, outward=0.0)
+        problem, margin, within = self._problem, self._margin, self._margin + _NEAR
+        contacts = flank_contacts(problem.body, at.poses[:-1], problem.grid, within=within)
         looked = self._looked_at(now, len(contacts))
         apart = contacts[..., APART]
         pose, piece, side = np.nonzero((apart < margin) | ((apart < within) & looked[:, None, None]))

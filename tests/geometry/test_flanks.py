@@ -43,7 +43,7 @@ def flanks(
 ) -> Contacts:
     """Of poses (n, 3), with some lots of shapes."""
     grids = tuple(grid_of(shapes) for shapes in lots)
-    return Contacts(values=flank_contacts(body, asked, grids, within=within, outward=outward))
+    return Contacts(values=flank_contacts(body, asked, *grids, within=within, outward=outward))
 
 
 def flank_towards(angle: float, across: float) -> int:
