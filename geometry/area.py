@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf
 from os import PathLike
@@ -13,16 +13,8 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.errors import AreaError, InputError
-from geometry.outline import (
-    FARTHEST,
-    Shape,
-    checked_polygon,
-    checked_shape,
-    convex_pieces,
-    corners_of,
-    shape_of,
-)
+from geometry.errors import AreaError
+from geometry.outline import FARTHEST, checked_polygon, checked_shape, convex_pieces, corners_of, shape_of
 from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid, locked
 from geometry.validation import to_rows, validated
@@ -60,8 +52,8 @@ class Area:
             AreaError: a boundary of fewer than 3 corners, an obstacle of none, another shape, numbers that
                 are not finite, or an outline that crosses itself.
         """
-        outline = None if boundary is None else _checked(boundary, "boundary", checked_polygon)
-        rings = _all_checked(obstacles, "obstacles")
+        outline = None if boundary is None else _outline(boundary, "boundary")
+        rings = _rings(obstacles, "obstacles")
         self._hold(outline, rings, ShapeGrid.of_shapes([*_outside(outline), *_pieces(rings)]))
 
     @classmethod
@@ -131,7 +123,7 @@ class Area:
             raise AreaError("points is empty and there are no obstacles: there is nothing to be bounded.")
         (left, bottom), (right, top) = around.min(axis=0) - beyond, around.max(axis=0) + beyond
         corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-        outline = _checked(corners, "points", checked_polygon)
+        outline = _outline(corners, "points")
         return Area.__new__(Area)._hold(outline, self.obstacles, self.grid.with_shapes(_outside(outline)))
 
     @validated(AreaError)
@@ -141,7 +133,7 @@ class Area:
         Raises:
             AreaError: as the constructor does.
         """
-        more = _all_checked(polygons, "polygons")
+        more = _rings(polygons, "polygons")
         if not more:
             return self
         grid = self.grid.with_shapes(_pieces(more))
@@ -188,15 +180,14 @@ class Area:
         return self
 
 
-def _checked(
-    corners: ArrayLike, name: str, check: Callable[[ArrayLike, str, type[InputError]], Shape]
-) -> Array:
-    found: Array = locked(_corners(check(corners, name, AreaError)))
-    return found
+def _outline(corners: ArrayLike, name: str) -> Array:
+    outline: Array = locked(corners_of(checked_polygon(corners, name, AreaError)))
+    return outline
 
 
-def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
-    return [_checked(polygon, f"{name}[{i}]", checked_shape) for i, polygon in enumerate(polygons)]
+def _rings(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
+    shapes = [checked_shape(each, f"{name}[{i}]", AreaError) for i, each in enumerate(polygons)]
+    return [locked(corners_of(shape)) for shape in shapes]
 
 
 def _pieces(rings: Sequence[Array]) -> list[Array]:
@@ -224,11 +215,7 @@ def _outside(boundary: Array | None) -> list[Array]:
     ]
     # What is left of the box has no holes: the boundary meets each side of it.
     between = shapely.get_parts(shapely.difference(shapely.box(left, bottom, right, top), inside))
-    corners = [_corners(shapely.box(*sides)) for sides in beside]
+    corners = [corners_of(shapely.box(*sides)) for sides in beside]
     for part in shapely.orient_polygons(between):
         corners += [] if part.is_empty else convex_pieces(part)
     return [piece + origin for piece in corners]
-
-
-def _corners(shape: Shape) -> Array:
-    return corners_of(shapely.orient_polygons(shape))
