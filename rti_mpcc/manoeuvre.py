@@ -164,16 +164,12 @@ class Manoeuvre:
         return sum(before != after for before, after in pairwise(directions))
 
 
-def along(path: ReferencePath, config: ControllerConfig) -> Segments:
-    """The parts of a path, the last one to its end or to a goal near it."""
-    *before, last = (Segment(part=part, index=k) for k, part in enumerate(path.parts))
-    return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
-
-
 @validated()
 def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The manoeuvre along a path, to its end or to a goal near it, by the objective of the settings."""
-    return config.objective.segments(along(path, config), config)
+    *before, last = (Segment(part=part, index=k) for k, part in enumerate(path.parts))
+    last = replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance)
+    return config.objective.segments((*before, last), config)
 
 
 def checked_manoeuvre(segments: Segments, path: ReferencePath) -> Segments:

@@ -225,7 +225,7 @@ class _Repair:
         short = replaced(route, nodes=min(route.nodes, _NODES), reserve=0.0)
         config = replaced(self.config, route=short)
         made = plan_manoeuvre(self.part.pose(start), self.part.pose(end), self.area, config)
-        if not made.found or made.path is None or len(made.path.parts) != 1:
+        if not made.found or len(made.path.parts) != 1:
             return None
         (part,) = made.path.parts
         return _arcs_between(part, part.start, part.end) if part.direction == self.part.direction else None

@@ -12,7 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check
 from rti_mpcc.course.route_start import CHECK_SPACING
-from rti_mpcc.manoeuvre import along
+from rti_mpcc.manoeuvre import segments_of
 from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.state import ControllerState, Task
@@ -44,7 +44,7 @@ def around(inside: Corridor) -> Surroundings:
 
 def known(area: Surroundings) -> ControllerState:
     vehicle = VehicleEstimate(actuators=Actuators.of(CONFIG.actuators))
-    return ControllerState(area=area, path=PATH, task=Task.of(along(PATH, CONFIG)), vehicle=vehicle)
+    return ControllerState(area=area, path=PATH, task=Task.of(segments_of(PATH, CONFIG)), vehicle=vehicle)
 
 
 def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:
