@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel
-from geometry.shape_grid import POINT, ShapeGrid
+from geometry.shape_grid import POINT, ShapeGrid, locked
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.route_planner.tree import pop, push
 
@@ -70,32 +70,24 @@ def cost_to_go(
     heap[0], member[0], size = 0.0, row * columns + column, 1
     # A cell counts as free if any place in it may be.
     least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.clearance.on_routes
+    lack = np.clip((near - clear) / (near - least), 0.0, 1.0)
+    price = locked(np.where(clear < least, inf, 1.0 + config.route.closeness_cost * lack))
     while size > 0:
-        size = _dijkstra(
-            clear, least, near, config.route.closeness_cost, cell, heap, member, size, _POPS, cost
-        )
+        size = _dijkstra(price, cell, heap, member, size, _POPS, cost)
         yield
-    origin = low.copy()
-    for each in (cost, origin):
-        each.setflags(write=False)
-    return CostToGo(cost=cost, origin=origin, cell=cell)
+    return CostToGo(cost=locked(cost), origin=locked(low.copy()), cell=cell)
 
 
 @kernel
 def _dijkstra(
-    clear: Array2,
-    least: float,
-    near: float,
-    closeness: float,
-    cell: float,
-    heap: Out1,
-    member: IndexOut1,
-    size: int,
-    budget: int,
-    cost: Out2,
+    price: Array2, cell: float, heap: Out1, member: IndexOut1, size: int, budget: int, cost: Out2
 ) -> int:
-    """Take up to `budget` cells from a heap of this size; returns its new size."""
-    rows, columns = clear.shape
+    """Take up to `budget` cells from a heap of this size; returns its new size.
+
+    Args:
+        price: of a metre in each cell.
+    """
+    rows, columns = price.shape
     for _ in range(budget):
         if size == 0:
             break
@@ -109,10 +101,7 @@ def _dijkstra(
                 k, m = i + di, j + dj
                 if (di == 0 and dj == 0) or k < 0 or m < 0 or k >= rows or m >= columns:
                     continue
-                if clear[k, m] < least:
-                    continue
-                lack = min(max((near - clear[k, m]) / (near - least), 0.0), 1.0)
-                there = value + cell * hypot(di, dj) * (1.0 + closeness * lack)
+                there = value + cell * hypot(di, dj) * price[k, m]
                 if there < cost[k, m]:
                     cost[k, m] = there
                     size = push(heap, member, size, there, k * columns + m)
@@ -123,9 +112,8 @@ def _dijkstra(
 def cost_at(known: CostToGo, x: float, y: float) -> float:
     """Cost at a place, of its cell less the largest error within a cell [m]; inf outside."""
     row, column = int((y - known.origin[1]) / known.cell), int((x - known.origin[0]) / known.cell)
-    if y < known.origin[1] or x < known.origin[0]:
-        return inf
-    if row >= known.cost.shape[0] or column >= known.cost.shape[1]:
+    rows, columns = known.cost.shape
+    if y < known.origin[1] or x < known.origin[0] or row >= rows or column >= columns:
         return inf
     left: float = max(known.cost[row, column] - known.cell, 0.0)
     return left

@@ -12,16 +12,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, inner
+from geometry.compiled import Out1, Out2, inner
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import Body, ShapeGrid, clearance_at
 from rti_mpcc.route_planner.arcs import pose_after
+from rti_mpcc.route_planner.tree import MOST_TARGETS
 
 NO_LENGTH: Final = 1e-9
 """[m] what is shorter is nothing."""
-TARGETS: Final = 3
-"""Nodes of the other tree to which curves from a node are tried."""
 _PROBES: Final = 7  # poses of a curve at which most that are blocked are found to be
 
 
@@ -37,6 +36,8 @@ class Terms(NamedTuple):
         ahead, back: cost of a metre forward and in reverse; cusp, steering, closeness: see `RoutePlanner`.
         weight: of the estimate; finer: by this factor the lattice is finer near the ends, within a distance
             of `fine` [m], where the clearance is less than `tight` [m].
+        curves: number of those between two poses that are checked, the cheapest first; cheaper: by less [m]
+            than this none replaces another route.
     """
 
     radius: float
@@ -57,6 +58,8 @@ class Terms(NamedTuple):
     finer: float
     fine: float
     tight: float
+    curves: int
+    cheaper: float
 
 
 class SearchWorkspace(NamedTuple):
@@ -65,8 +68,9 @@ class SearchWorkspace(NamedTuple):
     Attributes:
         shape, witness: of clearances.
         lengths, turns: (WORDS, PIECES) of the curves between two poses, in radii and signs; order: (WORDS,)
-            cost of each; curve: (PIECES, 2) signed lengths [m] and curvatures [1/m] of one of them.
-        targets, target_costs: (TARGETS,) nodes of the other tree, and the costs of routes through them.
+            cost of each; curve: (PIECES, 2) signed lengths [m] and curvatures [1/m] of one of them; best:
+            the same of the one that `cheapest_curve` has found.
+        target_costs: (MOST_TARGETS,) least costs from a node to the targets of the other tree, and on.
     """
 
     body: Body
@@ -77,7 +81,7 @@ class SearchWorkspace(NamedTuple):
     turns: Out2
     order: Out1
     curve: Out2
-    targets: IndexOut1
+    best: Out2
     target_costs: Out1
 
 
@@ -92,8 +96,8 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
         turns=np.empty((WORDS, PIECES)),
         order=np.empty(WORDS),
         curve=np.zeros((PIECES, 2)),
-        targets=np.empty(TARGETS, np.int64),
-        target_costs=np.empty(TARGETS),
+        best=np.zeros((PIECES, 2)),
+        target_costs=np.empty(MOST_TARGETS),
     )
 
 
@@ -104,10 +108,10 @@ def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: floa
 
 
 @inner
-def least_to(x: float, y: float, phi: float, target: Array, terms: Terms) -> float:
-    """Least cost of a route from a pose to another one (3,)."""
-    c, s = cos(phi), sin(phi)
-    dx, dy, turn = target[0] - x, target[1] - y, target[2] - phi
+def least_to(pose: Array, target: Array, terms: Terms) -> float:
+    """Least cost of a route from a pose (3,) to another one (3,)."""
+    c, s = cos(pose[2]), sin(pose[2])
+    dx, dy, turn = target[0] - pose[0], target[1] - pose[1], target[2] - pose[2]
     along, across = c * dx + s * dy, c * dy - s * dx
     if terms.ahead > terms.back:  # searched against the direction of driving: forward there is reverse here
         along, turn, metre, other = -along, -turn, terms.back, terms.ahead
@@ -131,16 +135,54 @@ def closeness_of(clearance: float, terms: Terms) -> float:
 
 
 @inner
-def find_curves(x: float, y: float, phi: float, target: Array, terms: Terms, work: SearchWorkspace) -> int:
-    """Find the curves from a pose to another one (3,); returns their number."""
-    c, s = cos(phi), sin(phi)
-    dx, dy = target[0] - x, target[1] - y
-    along, across = (c * dx + s * dy) / terms.radius, (c * dy - s * dx) / terms.radius
-    return words(along, across, target[2] - phi, work.lengths, work.turns)
+def cheapest_curve(
+    pose: Array,
+    target: Array,
+    ends: tuple[float, Array, Array],
+    most: float,
+    terms: Terms,
+    work: SearchWorkspace,
+) -> tuple[float, float, int]:
+    """Find the clear curve from a pose (3,) to another one (3,) by which a route is cheapest: `work.best`.
+
+    Args:
+        ends: cost of the rest of the route [m], the arc before the curve and, as against time, the one behind
+            it: signed length [m], 0 where there is none, and curvature [1/m].
+
+    Returns: the cost of the route without closeness, inf where it is no less than `most`; what closeness adds
+    to that; the number of poses that were checked.
+    """
+    base, before, behind = ends
+    count, cost, closeness, checked = _find_curves(pose, target, terms, work), inf, 0.0, 0
+    for i in range(count):
+        _take_curve(work, i, terms.radius)
+        work.order[i] = base + cost_along(work.curve, before, terms)
+        work.order[i] += _joint_cost(work.curve, behind, terms)
+    for _ in range(min(count, terms.curves)):
+        i = int(np.argmin(work.order[:count]))
+        if work.order[i] >= most:
+            break
+        _take_curve(work, i, terms.radius)
+        extra, poses = closeness_along(pose, work.curve, most - work.order[i], terms, work)
+        checked += poses
+        if work.order[i] + extra < most:
+            cost, closeness, work.best[:] = work.order[i], extra, work.curve
+            most = cost + closeness - terms.cheaper
+        work.order[i] = inf
+    return cost, closeness, checked
 
 
 @inner
-def take_curve(work: SearchWorkspace, i: int, radius: float) -> None:
+def _find_curves(pose: Array, target: Array, terms: Terms, work: SearchWorkspace) -> int:
+    """Find the curves from a pose to another one; returns their number."""
+    c, s = cos(pose[2]), sin(pose[2])
+    dx, dy = target[0] - pose[0], target[1] - pose[1]
+    along, across = (c * dx + s * dy) / terms.radius, (c * dy - s * dx) / terms.radius
+    return words(along, across, target[2] - pose[2], work.lengths, work.turns)
+
+
+@inner
+def _take_curve(work: SearchWorkspace, i: int, radius: float) -> None:
     """Put the i-th curve that was found into `work.curve`."""
     for k in range(PIECES):
         length = work.lengths[i, k] * radius
@@ -149,9 +191,9 @@ def take_curve(work: SearchWorkspace, i: int, radius: float) -> None:
 
 
 @inner
-def cost_along(arcs: Array, incoming: float, bent: float, terms: Terms) -> float:
-    """Cost of a curve without closeness, after an arc of length `incoming` [m] and curvature `bent` [1/m]."""
-    cost, before, steering = 0.0, incoming, steering_of(bent, terms)
+def cost_along(arcs: Array, incoming: Array, terms: Terms) -> float:
+    """Cost of a curve without closeness, after an arc (2,) of signed length [m] and curvature [1/m]."""
+    cost, before, steering = 0.0, incoming[0], steering_of(incoming[1], terms)
     for k in range(len(arcs)):
         length = arcs[k, 0]
         if length == 0.0:
@@ -167,27 +209,29 @@ def cost_along(arcs: Array, incoming: float, bent: float, terms: Terms) -> float
 
 
 @inner
-def joint_cost(arcs: Array, onward: float, bent: float, terms: Terms) -> float:
-    """Cost to continue a curve with an arc of signed length `onward` [m] and curvature `bent`."""
-    if onward == 0.0:
+def _joint_cost(arcs: Array, behind: Array, terms: Terms) -> float:
+    """Cost to continue a curve with an arc (2,) that is given as against time."""
+    if behind[0] == 0.0:
         return 0.0
     for k in range(len(arcs) - 1, -1, -1):
         if arcs[k, 0] != 0.0:
-            steering = abs(steering_of(bent, terms) - steering_of(arcs[k, 1], terms))
-            return terms.steering * steering + (terms.cusp if arcs[k, 0] * onward < 0.0 else 0.0)
+            steering = abs(steering_of(behind[1], terms) - steering_of(arcs[k, 1], terms))
+            return terms.steering * steering + (terms.cusp if arcs[k, 0] * behind[0] > 0.0 else 0.0)
     return 0.0
 
 
 @inner
 def closeness_along(
-    x: float, y: float, phi: float, arcs: Array, most: float, terms: Terms, work: SearchWorkspace
+    start: Array, arcs: Array, most: float, terms: Terms, work: SearchWorkspace
 ) -> tuple[float, int]:
-    """Cost of a curve for being close to something, and the number of poses that were checked for it.
+    """Cost of a curve from a pose (3,) for being close to something, and the number of poses that were
+    checked for it.
 
     The cost is inf where the clearance is less than the margin, or where it costs more than `most`.
     """
-    if _is_blocked(x, y, phi, arcs, terms, work):
+    if _is_blocked(start, arcs, terms, work):
         return inf, _PROBES
+    x, y, phi = start[0], start[1], start[2]
     extra, clear, checked = 0.0, 0.0, _PROBES
     for k in range(len(arcs)):
         if arcs[k, 0] == 0.0:
@@ -218,18 +262,18 @@ def step_to_take(clear: float, left: float, lever: float, terms: Terms) -> float
 
 
 @inner
-def _is_blocked(x: float, y: float, phi: float, arcs: Array, terms: Terms, work: SearchWorkspace) -> bool:
+def _is_blocked(start: Array, arcs: Array, terms: Terms, work: SearchWorkspace) -> bool:
     """Whether a curve is blocked at one of a few poses, from its middle on: most blocked ones are."""
     whole = 0.0
     for k in range(len(arcs)):
         whole += abs(arcs[k, 0])
     for eighths in (4, 2, 6, 1, 3, 5, 7):
-        at_x, at_y, at_phi, left = x, y, phi, 0.125 * eighths * whole
+        x, y, phi, left = start[0], start[1], start[2], 0.125 * eighths * whole
         for k in range(len(arcs)):
             length = min(max(arcs[k, 0], -left), left)
             if length != 0.0:
-                at_x, at_y, at_phi = pose_after(at_x, at_y, at_phi, length, arcs[k, 1])
+                x, y, phi = pose_after(x, y, phi, length, arcs[k, 1])
                 left -= abs(length)
-        if clear_at(work, at_x, at_y, at_phi, terms.margin) < terms.margin:
+        if clear_at(work, x, y, phi, terms.margin) < terms.margin:
             return True
     return False

@@ -30,16 +30,12 @@ from rti_mpcc.route_planner.costs import (
     NO_LENGTH,
     SearchWorkspace,
     Terms,
+    cheapest_curve,
     clear_at,
-    closeness_along,
     closeness_of,
-    cost_along,
-    find_curves,
-    joint_cost,
     least_to,
     steering_of,
     step_to_take,
-    take_curve,
     workspace_of,
 )
 from rti_mpcc.route_planner.tree import (
@@ -69,7 +65,7 @@ _EVERY: Final = 4  # nodes that are expanded between two from which curves are t
 _MORE: Final = 0.5  # after a first route so many times the nodes until then are expanded for a better one
 _HALVES: Final = 3  # of an arc's last step, where it is blocked
 _SHORTEST: Final = 0.3  # of the least distance between checks: a shorter arc is none
-_CURVES: Final = 4  # tried to each node of the other tree
+_TARGETS: Final = 3  # nodes of the other tree to which curves from a node are tried
 _REACH: Final = 6.0  # [radii] curves lead no farther, but to the first two nodes
 COST, NEAREST = 0, 1
 HERE, THERE, FROM, FOUND_AT = 0, 1, 2, 3
@@ -180,7 +176,7 @@ def _drive(
 def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, terms: Terms) -> None:
     """Queue the pose to which an arc from a node was driven, if it is the cheapest in its cell so far."""
     new, root, target = tree.counters[NODES], tree.pose[0], other.pose[0]
-    x, y, phi, clear = tree.pose[new, 0], tree.pose[new, 1], tree.pose[new, 2], tree.clearance[new]
+    x, y, clear = tree.pose[new, 0], tree.pose[new, 1], tree.clearance[new]
     share = 0.5 if clear >= terms.open else 1.0
     if clear < terms.tight:
         near = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])) < terms.fine
@@ -190,7 +186,7 @@ def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, term
     taken = tree.keys[at] != EMPTY
     if taken and tree.cost[tree.in_cell[at]] <= cost:
         return
-    left = max(least_to(x, y, phi, target, terms), cost_at(grid, x, y))
+    left = max(least_to(tree.pose[new], target, terms), cost_at(grid, x, y))
     if left == inf:
         return
     tree.counters[NODES] = new + 1
@@ -206,77 +202,43 @@ def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, term
 def _connect(
     tree: Tree, node: int, other: Tree, which: int, whole: Connection, terms: Terms, work: SearchWorkspace
 ) -> None:
-    """Try curves from a node to the cheapest nodes of the other tree; keep the best whole route."""
-    x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
-    for k in range(_find_targets(tree, node, other, whole, terms, work)):
-        there = work.targets[k]
-        count = _find_priced_curves(tree, node, other, there, terms, work)
-        for _ in range(min(count, _CURVES)):
-            i = int(np.argmin(work.order[:count]))
-            if work.order[i] >= whole.best[COST]:
-                break
-            take_curve(work, i, terms.radius)
-            most = whole.best[COST] - work.order[i]
-            extra, _ = closeness_along(x, y, phi, work.curve, most, terms, work)
-            if work.order[i] + extra < whole.best[COST]:
-                if whole.best[COST] == inf:
-                    whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
-                whole.best[COST] = work.order[i] + extra
-                whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
-                whole.curve[:] = work.curve
-            work.order[i] = inf
+    """Try curves from a node to those of the other tree by which a route may be cheapest; keep the best."""
+    count = _price_targets(tree.pose[node], other, terms, work)
+    for _ in range(min(count, _TARGETS)):
+        k = int(np.argmin(work.target_costs[:count]))
+        there, best = other.targets[k], whole.best[COST]
+        if tree.cost[node] + work.target_costs[k] >= best:
+            break
+        work.target_costs[k] = inf
+        ends = tree.cost[node] + other.cost[there], tree.arc[node], other.arc[there]
+        cost, closeness, _ = cheapest_curve(tree.pose[node], other.pose[there], ends, best, terms, work)
+        if cost < inf:
+            if best == inf:
+                whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
+            whole.best[COST], whole.curve[:] = cost + closeness, work.best
+            whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
 
 
 @inner
-def _find_targets(
-    tree: Tree, node: int, other: Tree, whole: Connection, terms: Terms, work: SearchWorkspace
-) -> int:
-    """Find the nodes of the other tree by which a route through a node is cheapest; returns their number."""
-    x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
-    count = 0
-    for k in range(other.counters[TARGETS_KNOWN]):
+def _price_targets(pose: Array, other: Tree, terms: Terms, work: SearchWorkspace) -> int:
+    """Find the least costs from a pose (3,) to the targets of the other tree and on; returns their number."""
+    count: int = other.counters[TARGETS_KNOWN]
+    for k in range(count):
         there = other.targets[k]
-        if k > 1 and hypot(other.pose[there, 0] - x, other.pose[there, 1] - y) > _REACH * terms.radius:
-            continue
-        cost = other.cost[there] + least_to(x, y, phi, other.pose[there], terms)
-        if tree.cost[node] + cost >= whole.best[COST]:
-            continue
-        if count < len(work.targets):
-            at, count = count, count + 1
-        elif cost < work.target_costs[count - 1]:
-            at = count - 1
-        else:
-            continue
-        while at > 0 and work.target_costs[at - 1] > cost:
-            work.targets[at], work.target_costs[at] = work.targets[at - 1], work.target_costs[at - 1]
-            at -= 1
-        work.targets[at], work.target_costs[at] = there, cost
-    return count
-
-
-@inner
-def _find_priced_curves(
-    tree: Tree, node: int, other: Tree, there: int, terms: Terms, work: SearchWorkspace
-) -> int:
-    """Find the curves from a node to one of the other tree, with the cost of a whole route by each without
-    closeness; returns their number."""
-    pose: Array = tree.pose[node]
-    count = find_curves(pose[0], pose[1], pose[2], other.pose[there], terms, work)
-    base = tree.cost[node] + other.cost[there]
-    for i in range(count):
-        take_curve(work, i, terms.radius)
-        work.order[i] = base + cost_along(work.curve, tree.arc[node, 0], tree.arc[node, 1], terms)
-        work.order[i] += joint_cost(work.curve, -other.arc[there, 0], other.arc[there, 1], terms)
+        target: Array = other.pose[there]
+        far = k > 1 and hypot(target[0] - pose[0], target[1] - pose[1]) > _REACH * terms.radius
+        work.target_costs[k] = inf if far else other.cost[there] + least_to(pose, target, terms)
     return count
 
 
 class Roots(NamedTuple):
-    """Poses (n, 3) from which a tree grows, arcs (n, 2) between them and the start or the goal, that are
-    driven before or after the route, and the costs (n,) of these."""
+    """Poses (n, 3) from which a tree grows, arcs (n, 2) between them and the start or the goal, and the costs
+    (n,) and, if they are driven before the route, the clearances (n,) [m] of these."""
 
     poses: Array
     arcs: Array
     costs: Array
+    clearances: Array | None = None
 
 
 class HybridAStar:
@@ -300,7 +262,7 @@ class HybridAStar:
         self._work, self._grids, self._last = workspace_of(body, solid), grids, goals.arcs
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
-        self._trees = [rooted(*starts), rooted(goals.poses, goals.arcs * (-1.0, 1.0), goals.costs)]
+        self._trees = [rooted(*starts[:3]), rooted(goals.poses, goals.arcs * (-1.0, 1.0), goals.costs)]
         self._whole = Connection(np.array([inf, inf]), np.zeros(4, np.int64), np.zeros((PIECES, 2)))
         self.state = SEARCHING
 

@@ -134,11 +134,10 @@ def _planned(
     if at_start >= problem.least:
         terms = problem.terms(min(at_start, at_goal))
         starts = Roots(poses=problem.start[None], arcs=problem.incoming[None], costs=np.zeros(1))
-        leaving = None
     else:
         terms = problem.terms(at_goal)
-        starts, leaving = yield from leaving_arcs(problem, at_start, terms)
-        if len(leaving) == 0:
+        starts = yield from leaving_arcs(problem, at_start, terms)
+        if len(starts.poses) == 0:
             return _too_near(
                 problem, PlanOutcome.START_IN_COLLISION, at_start, ", and no arc leads away from it"
             )
@@ -149,14 +148,13 @@ def _planned(
     poses = np.array([problem.before_goal(length) for length in lasts[:, 0]])
     goals = Roots(poses=poses, arcs=lasts, costs=np.zeros(len(lasts)))
     grids = yield from _estimates(problem, poses[0], terms)
-    return (yield from _searched(problem, (starts, goals), grids, leaving, terms, spent))
+    return (yield from _searched(problem, (starts, goals), grids, terms, spent))
 
 
 def _searched(
     problem: RouteProblem,
     ends: tuple[Roots, Roots],
     grids: tuple[CostToGo, CostToGo],
-    leaving: Array | None,
     terms: Terms,
     spent: Callable[[], float],
 ) -> Generator[None, None, Manoeuvre]:
@@ -165,8 +163,6 @@ def _searched(
     A coarse lattice may be searched in vain while a tight end needs a finer one. And the estimate knows no
     body: one of a large weight leads into gaps that it does not fit through, in which a finer lattice has
     only more cells. So each search gets half of the nodes that it leaves to the next.
-
-    `leaving`: (n,) least clearances on the arcs to the starts [m]; None: the search begins at the start.
     """
     settings, (starts, goals), body = problem.config.route, ends, problem.body
     nodes, nearest, rejected = 0, inf, ""
@@ -182,13 +178,14 @@ def _searched(
         if search.cost < inf:
             at, route, last = search.route()
             yield
-            rest = problem if leaving is None else replace(problem, start=starts.poses[at])
+            rest = replace(problem, start=starts.poses[at])
             route = yield from shorten(rest.start, route, starts.arcs[at], body, problem.grid, terms)
             driven = yield from make_drivable(rest, route, last, terms.margin)
             if driven.clearance >= problem.least:
-                if leaving is not None:
+                if starts.clearances is not None:
+                    some = slice(at, at + 1)
                     arc = DrivableRoute(
-                        arcs=starts.arcs[at : at + 1], stops=np.array([True]), clearances=leaving[at : at + 1]
+                        arcs=starts.arcs[some], stops=np.array([True]), clearances=starts.clearances[some]
                     )
                     driven = DrivableRoute.chain([arc, driven])
                 return _manoeuvre_of(problem, driven, nodes)

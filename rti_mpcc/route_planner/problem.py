@@ -29,6 +29,8 @@ ARC = 0.16
 _SEARCH_SHARE = 0.85
 """Share of the vehicle's largest curvature that the search uses. It knows no change of the steering, and less
 would leave more room to smoothing."""
+_CURVES = 4
+"""Number of curves that are checked between a node and one of the other tree."""
 _OPEN = 0.25
 """Clearance of the body from which on arcs are twice as long, in radii of the sharpest bend."""
 _ROUNDING = 5e-4
@@ -176,12 +178,12 @@ class RouteProblem:
             finer=1.0,
             fine=1.5 * length,
             tight=config.clearance.on_routes,
+            curves=_CURVES,
+            cheaper=0.0,
         )
 
 
-def leaving_arcs(
-    problem: RouteProblem, clearance: float, terms: Terms
-) -> Generator[None, None, tuple[Roots, Array]]:
+def leaving_arcs(problem: RouteProblem, clearance: float, terms: Terms) -> Generator[None, None, Roots]:
     """How a vehicle leaves a start that is nearer to something than the hard minimum.
 
     It drives one arc, on which the body never comes nearer to anything than it is at the start, until it
@@ -191,10 +193,9 @@ def leaving_arcs(
     Args:
         clearance: of the start [m].
 
-    Returns: the ends of such arcs, or none; the least clearance (n,) on each [m].
+    Returns: the ends of such arcs, or none.
     """
-    body = problem.config.vehicle
-    found, least = [], []
+    body, found = problem.config.vehicle, []
     swing = min(_SWING, 0.1 * clearance)
     count = round(_LONGEST * (body.front + body.rear) / CHECK)
     for sign in (1.0, -1.0):
@@ -210,10 +211,10 @@ def leaving_arcs(
                 continue
             length = (last + 1) * CHECK
             cost = length * (terms.ahead if sign > 0.0 else terms.back)
-            found.append((*poses[last], sign * length, curvature, cost))
-            least.append(min(float(apart[: last + 1].min()), clearance))
-    rows = np.array(found).reshape(-1, 6)
-    return Roots(poses=rows[:, :3], arcs=rows[:, 3:5], costs=rows[:, 5]), np.array(least)
+            least = min(float(apart[: last + 1].min()), clearance)
+            found.append((*poses[last], sign * length, curvature, cost, least))
+    rows = np.array(found).reshape(-1, 7)
+    return Roots(poses=rows[:, :3], arcs=rows[:, 3:5], costs=rows[:, 5], clearances=rows[:, 6])
 
 
 def _last_pose(apart: Array, least: float, terms: Terms) -> int | None:

@@ -20,18 +20,18 @@ from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, spli
 from rti_mpcc.route_planner.costs import (
     SearchWorkspace,
     Terms,
+    cheapest_curve,
     closeness_along,
     cost_along,
-    find_curves,
     least_to,
-    take_curve,
     workspace_of,
 )
 
 _PLACES = 40  # on a route, about
 _SLICE = 4096  # poses that are checked at a time, about
-_CURVES: Final = 2  # the cheapest ones, that are checked between two places
-_CHEAPER: Final = 1e-6  # by less no curve is [m]
+_CURVES = 2  # the cheapest ones, that are checked between two places
+_CHEAPER = 1e-6  # by less no curve is [m]
+_NONE: Final = np.zeros(2)  # no arc
 
 
 class _Places(NamedTuple):
@@ -75,6 +75,7 @@ def shorten(
         arcs=np.zeros((count + 1, PIECES, 2)),
     )
     places.cost[0], places.incoming[0] = 0.0, incoming
+    terms = terms._replace(curves=_CURVES, cheaper=_CHEAPER)
     work, i, j = workspace_of(body, solid), 0, 1
     while j <= count:
         i, j = _advance(places, i, j, terms, work, _SLICE)
@@ -109,14 +110,13 @@ def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> int
     before, arc, curve = places.pose[j - 1], places.route[j - 1], work.curve
     curve[:] = 0.0
     curve[0, 0], curve[0, 1] = arc[0], arc[1]
-    extra, checked = closeness_along(before[0], before[1], before[2], curve, inf, terms, work)
+    extra, checked = closeness_along(before, curve, inf, terms, work)
     # It was found to be clear at the poses of the search, which need not be those of this check.
     extra = extra if extra < inf else terms.closeness * abs(arc[0])
-    incoming = places.incoming[j - 1]
-    places.cost[j] = places.cost[j - 1] + cost_along(curve, incoming[0], incoming[1], terms)
+    places.cost[j] = places.cost[j - 1] + cost_along(curve, places.incoming[j - 1], terms)
     places.cost[j] += extra
     places.before[j], places.arcs[j] = j - 1, curve
-    places.incoming[j, 0], places.incoming[j, 1] = arc[0], arc[1]
+    places.incoming[j] = arc
     return checked
 
 
@@ -124,26 +124,15 @@ def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> int
 def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) -> int:
     """Reach a place from one before by a curve, if that costs less; returns the number of poses that were
     checked."""
-    here, there, curve, order = places.pose[i], places.pose[j], work.curve, work.order
-    if places.cost[i] + least_to(here[0], here[1], here[2], there, terms) >= places.cost[j] - _CHEAPER:
+    here, there, most = places.pose[i], places.pose[j], places.cost[j] - terms.cheaper
+    if places.cost[i] + least_to(here, there, terms) >= most:
         return 0
-    count, total = find_curves(here[0], here[1], here[2], there, terms, work), 0
-    for k in range(count):
-        take_curve(work, k, terms.radius)
-        order[k] = cost_along(curve, places.incoming[i, 0], places.incoming[i, 1], terms)
-    for _ in range(min(count, _CURVES)):
-        k = int(np.argmin(order[:count]))
-        most = places.cost[j] - _CHEAPER - places.cost[i] - order[k]
-        if most <= 0.0:
-            break
-        take_curve(work, k, terms.radius)
-        extra, checked = closeness_along(here[0], here[1], here[2], curve, most, terms, work)
-        total += checked
-        if extra < most:
-            places.cost[j] = places.cost[i] + order[k] + extra
-            places.before[j], places.arcs[j] = i, curve
-            for each in range(PIECES):
-                if curve[each, 0] != 0.0:
-                    places.incoming[j, 0], places.incoming[j, 1] = curve[each, 0], curve[each, 1]
-        order[k] = inf
-    return total
+    ends = 0.0, places.incoming[i], _NONE
+    cost, closeness, checked = cheapest_curve(here, there, ends, most - places.cost[i], terms, work)
+    if cost < inf:
+        places.cost[j] = places.cost[i] + cost + closeness
+        places.before[j], places.arcs[j] = i, work.best
+        for each in range(PIECES):
+            if work.best[each, 0] != 0.0:
+                places.incoming[j] = work.best[each]
+    return checked

@@ -25,9 +25,10 @@ NONE: Final = -1
 """No node: the parent of a root."""
 BRANCHES: Final = 10
 """Children of a node, at most."""
+MOST_TARGETS: Final = 1024
+"""Nodes of a tree, at most, to which curves from the other one are tried."""
 
 _FIRST: Final = 4096  # nodes that fit into a new tree, a power of 2
-_MOST_TARGETS: Final = 1024
 _HEADINGS: Final = 72
 _AREA: Final = 0.5  # [radii] one target for curves in each cell of this size ...
 _AREA_HEADINGS: Final = 8  # ... and each of these sectors of the heading
@@ -117,8 +118,8 @@ def rooted(roots: Array, arcs: Array, costs: Array) -> Tree:
         keys=np.full(2 * _FIRST, EMPTY),
         in_cell=np.empty(2 * _FIRST, np.int64),
         counters=np.array([count, count, 0, count]),
-        targets=np.arange(_MOST_TARGETS),  # the roots are the first ones
-        taken=np.full(4 * _MOST_TARGETS, EMPTY),
+        targets=np.arange(MOST_TARGETS),  # the roots are the first ones
+        taken=np.full(4 * MOST_TARGETS, EMPTY),
     )
     tree.pose[:count], tree.arc[:count], tree.cost[:count] = roots, arcs, costs
     return tree
