@@ -192,10 +192,9 @@ def _turn_to(hint: Any) -> Turn:
         if not set(arrays) <= set(parts):
             return _any_of([_turn_to(each) for each in parts])
         return _any_of([*(_turn_to(each) for each in parts if each not in arrays), to_floats])
-    if origin is tuple and Ellipsis not in parts:
-        return partial(_row, [_turn_to(each) for each in parts])
     if origin in (tuple, list, Sequence):
-        return partial(_sequence, _turn_to(parts[0]))
+        fixed = origin is tuple and Ellipsis not in parts
+        return partial(_sequence, [_turn_to(each) for each in (parts if fixed else parts[:1])], fixed)
     if Callable in (origin, hint):
         return _instance(Callable, "a function")
     if origin is PathLike:
@@ -249,29 +248,21 @@ def _any_of(turns: Sequence[Turn]) -> Turn:
     return turn
 
 
-def _row(turns: Sequence[Turn], value: Any) -> tuple[Any, ...]:
-    wanted = f"{len(turns)} {'numbers' if all(turn is to_float for turn in turns) else 'values'}"
-    items = _items(value, wanted)
-    if len(items) != len(turns):
-        raise _Unfit(wanted, value)
-    return tuple(_inside(turns[i], each, i) for i, each in enumerate(items))
-
-
-def _sequence(turn: Turn, value: Any) -> tuple[Any, ...]:
-    return tuple(_inside(turn, each, i) for i, each in enumerate(_items(value, "a sequence")))
-
-
-def _items(value: Any, wanted: str) -> list[Any]:
+def _sequence(turns: Sequence[Turn], fixed: bool, value: Any) -> tuple[Any, ...]:
+    """A tuple of values that one `turn` takes, or, if their number is `fixed`, each of them its own."""
+    kind = "numbers" if all(turn is to_float for turn in turns) else "values"
+    wanted = f"{len(turns)} {kind}" if fixed else "a sequence"
     if isinstance(value, str | bytes | Mapping | Set) or not isinstance(value, Iterable):
         raise _Unfit(wanted, value)
-    return list(value)
-
-
-def _inside(turn: Turn, value: Any, place: int) -> Any:
-    try:
-        return turn(value)
-    except _Unfit as unfit:
-        raise _Unfit(unfit.wanted, unfit.value, f"[{place}]{unfit.where}") from None
+    items, found = list(value), []
+    if fixed and len(items) != len(turns):
+        raise _Unfit(wanted, value)
+    for i, each in enumerate(items):
+        try:
+            found.append(turns[i if fixed else 0](each))
+        except _Unfit as unfit:
+            raise _Unfit(unfit.wanted, unfit.value, f"[{i}]{unfit.where}") from None
+    return tuple(found)
 
 
 _nothing: Final = _instance(types.NoneType, "None")

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Out2, Out3, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, Out3, kernel
 from geometry.shape_grid import POINT
 from rti_mpcc.model.layout import DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
@@ -28,14 +28,13 @@ DISTANCE_REACH, SPEED_REACH = 2.0, 2.5
 """The two terms of a boundary act nearer than this [m]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WeightSlopes:
+class WeightSlopes(NamedTuple):
     """How the weights that are blended by sigma change with their stage's own progress [1/m], (N+1,) each."""
 
-    contouring: Array
-    heading: Array
-    bound_distance: Array
-    progress_reward: Array
+    contouring: Out1
+    heading: Out1
+    bound_distance: Out1
+    progress_reward: Out1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +51,8 @@ class PaperWeights(StageWeights):
 class SoftWalls(NamedTuple):
     """Signed distances (N+1, 2) of the rear axle to the left and the right [m], normals (N+1, 2, 2)."""
 
-    distance: Array
-    normal: Array
+    distance: Out2
+    normal: Out3
 
 
 def walls_of(plan: Linearised) -> SoftWalls | None:
@@ -82,22 +81,17 @@ def add_paper_terms(
     gradient: Array,
 ) -> None:
     """Add (W7) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
-    distance, normal = walls or SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
-    on_walls = weights.bound_distance, weights.bound_speed
-    _add_terms(
-        states, distance, normal, weights.lateral_acceleration, *on_walls, wheelbase, hessian, gradient
-    )
-    by = weights.by_progress
-    if by is not None and errors is not None:
-        slopes = by.contouring, by.heading, by.progress_reward, by.bound_distance
-        _add_slopes(errors.values, controls, distance, *slopes, gradient)
+    walls = walls or SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
+    given = weights.lateral_acceleration, weights.bound_distance, weights.bound_speed
+    _add_terms(states, walls, *given, wheelbase, hessian, gradient)
+    if weights.by_progress is not None and errors is not None:
+        _add_slopes(errors.values, controls, walls.distance, weights.by_progress, gradient)
 
 
 @kernel
 def _add_terms(
     states: Array2,
-    distances: Array2,
-    normals: Array3,
+    walls: SoftWalls,
     on_lateral: Array1,
     on_distance: Array1,
     on_speed: Array1,
@@ -106,6 +100,7 @@ def _add_terms(
     gradient: Out2,
 ) -> None:
     """Equation (W7)."""
+    distances, normals = walls
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
         slopes = np.zeros(STATES)
@@ -127,21 +122,14 @@ def _add_terms(
 
 @kernel
 def _add_slopes(
-    errors: Array2,
-    controls: Array2,
-    distances: Array2,
-    contouring: Array1,
-    heading: Array1,
-    progress_reward: Array1,
-    bound_distance: Array1,
-    gradient: Out2,
+    errors: Array2, controls: Array2, distances: Array2, by: WeightSlopes, gradient: Out2
 ) -> None:
     """What the cost of each stage gains by progress as its weights change with it."""
     for k in range(len(errors)):
-        gain = contouring[k] * errors[k, CONTOURING] ** 2 + heading[k] * errors[k, HEADING] ** 2
+        gain = by.contouring[k] * errors[k, CONTOURING] ** 2 + by.heading[k] * errors[k, HEADING] ** 2
         if k < len(controls):
-            gain -= progress_reward[k] * controls[k, THETA_DOT]
+            gain -= by.progress_reward[k] * controls[k, THETA_DOT]
         gradient[k, THETA] += gain
         for side in range(2):
             near = max(DISTANCE_REACH - distances[k, side], 0.0)
-            gradient[k, THETA] += bound_distance[k] * near**2
+            gradient[k, THETA] += by.bound_distance[k] * near**2

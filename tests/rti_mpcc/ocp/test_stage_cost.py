@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from math import exp, log, tan
 
@@ -22,7 +22,7 @@ from tests.rti_mpcc.differences import slopes
 N, WHEELBASE, WHEELS = 8, 2.875, 0.3
 COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3, jerk=1.0)
 """Some stages of the plan are within it, others beyond it on either side."""
-BLENDED = [field.name for field in fields(WeightSlopes)]
+BLENDED = WeightSlopes._fields
 NOTHING = PaperWeights(
     lag=np.zeros(N + 1),
     contouring=np.zeros(N + 1),
