@@ -15,8 +15,9 @@ from geometry.outline import outline_at
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording.moment import wrapped
-from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of
+from rti_mpcc.simulation.controllers import controller_of, mission_of
 from rti_mpcc.simulation.faults import Disturbances
 from rti_mpcc.simulation.goal_feed import (
     CameraDetector,
@@ -97,8 +98,7 @@ def simulate(
     watched = detector is not None or measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    path = None if scenario.in_area else scenario.build_path()
-    corridor = None if path is None else scenario.build_corridor(path)
+    corridor = None if scenario.in_area else scenario.build_corridor(scenario.build_path())
     goal = scenario.goal_pose()
     if detector is None and measurement is not None:
         if camera is not None:
@@ -108,7 +108,6 @@ def simulate(
     first, shifts = scenario.planned_goal(), scenario.goal.shifts
     feed = GoalFeed(source=source, planned=first, goal=goal, shifts=shifts, detector=detector)
     scenery = Scenery(
-        path=path,
         corridor=corridor,
         vehicle=config.vehicle,
         faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
@@ -122,7 +121,6 @@ def simulate(
     planned = Planning()
     if run.planner is not None:
         planned = Planning(seconds=run.planner.planning_seconds, replans=run.planner.replans)
-    changes = with_body(scenery.changes, log, goal, scenario.goal.body)
     return RunResult(
         scenario=scenario,
         preset=preset,
@@ -132,7 +130,7 @@ def simulate(
         config=config,
         detector=watched,
         paths=tuple(run.paths),
-        obstacles=tuple((time, tuple(map(np.asarray, some))) for time, some in changes),
+        obstacles=with_body(scenery.changes, log, goal, scenario.goal.body),
         corridor=corridor,
         area=scenario.build_area() if scenario.in_area else None,
         planning=planned if scenario.in_area or planned.replans else None,
@@ -159,18 +157,19 @@ class _Run:
         self.scenario, self.config, self.controller = scenario, config, controller
         self.scenery, self.feed, self.random = scenery, feed, random
         self.parameters = scenario.plant_parameters()
-        core: Any = wrapped(controller)[-1]
-        self.planner: DockingController | None = core if hasattr(core, "replans") else None
-        self.mission = mission_in(controller)
+        layers = wrapped(controller)
+        self.planner: DockingController | None = layers[-1] if hasattr(layers[-1], "replans") else None
+        self.mission: DockingMission | None = next((each for each in layers if hasattr(each, "docks")), None)
         self.disturbances = Disturbances(faults=scenario.faults)
         start = scenario.start_pose()
         self.plant = PlantState(x=start.x, y=start.y, phi=start.phi)
+        path = None if scenario.in_area else scenario.build_path()
         if self.planner is not None:
             # The controller smooths a given path where it cannot be driven.
-            scenery.path = self.planner.path
-        self.paths: list[tuple[float, ReferencePath]] = [] if scenery.path is None else [(0.0, scenery.path)]
+            path = self.planner.path
+        self.paths: list[tuple[float, ReferencePath]] = [] if path is None else [(0.0, path)]
         # Progress along the route [m], and its active part.
-        self.theta, self.part = 0.0 if self.path is None else self.path.parts[0].start, 0
+        self.theta, self.part = 0.0 if path is None else path.parts[0].start, 0
         self.since: dict[str, float] = {}
         self.samples: list[tuple[float, ...]] = []
         self.cycles: list[tuple[float, float, Command]] = []
@@ -221,7 +220,7 @@ class _Run:
         exact = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta])
         measured = VehicleState(*(exact + noise).tolist())
         state = faults.measured(measured, now)
-        obstacles = self.scenery.obstacles(now, plant.pose, self.part, self.theta)
+        obstacles = self.scenery.obstacles(now, plant.pose, self.path, self.part, self.theta)
         if faults.acting("lost_cycles", now):
             return
         arguments = self._arguments(now, measured, obstacles)
@@ -257,7 +256,6 @@ class _Run:
             return  # the vehicle stands and plans: its last route is over
         another = path is not self.path
         if another:
-            self.scenery.path = path
             self.paths.append((now, path))
         if another or command.diagnostics.part != self.part:
             self.part = command.diagnostics.part

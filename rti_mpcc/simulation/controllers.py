@@ -12,15 +12,9 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.mission.state import StepRecord
-from rti_mpcc.recording.moment import wrapped
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import MissionResult
-
-
-def mission_in(controller: object) -> DockingMission | None:
-    """The controller, or what it is wrapped around, if that is a mission."""
-    return next((each for each in wrapped(controller) if hasattr(each, "docks")), None)
 
 
 def controller_of(scenario: Scenario, config: ControllerConfig) -> DockingController:

@@ -7,11 +7,11 @@ camera, its noise, dropouts and outliers do not.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import cos, hypot, pi, sin
-from typing import Protocol
 
 import numpy as np
 
@@ -57,50 +57,27 @@ def source_in(scenario: str, source: GoalSource, *, detector: bool) -> GoalSourc
     return GoalSource.KNOWN
 
 
-class Detector(Protocol):
-    """A detector of the goal in the loop.
+@dataclass(kw_only=True)
+class Detector(ABC):
+    """A detector of the goal in the loop; `section`: its rate, delay and ranges."""
 
-    Attributes:
-        rate: number of exposures a second [Hz]; delay: time from an exposure to its detection's arrival [s].
-    """
+    section: MeasurementSection
 
-    @property
-    def rate(self) -> float: ...  # noqa: D102
-    @property
-    def delay(self) -> float: ...  # noqa: D102
-
+    @abstractmethod
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
         """The detection of `goal` from `vehicle` (both true poses) at `stamp` [s], or None.
 
         `last_part`: whether the vehicle is on the last part of its route.
         """
-        ...
 
 
-class TimedDetector:
-    """A `Detector` with the rate and the delay of a [goal.measurement]."""
-
-    section: MeasurementSection
-
-    @property
-    def rate(self) -> float:
-        """See `Detector`."""
-        return self.section.rate
-
-    @property
-    def delay(self) -> float:
-        """See `Detector`."""
-        return self.section.delay
-
-
-@dataclass(frozen=True, kw_only=True)
-class SimulatedDetector(TimedDetector):
+@dataclass(kw_only=True)
+class SimulatedDetector(Detector):
     """Detections in the vehicle's frame by the laws of [goal.measurement].
 
     Each exposure draws the same number of random values: two runs with one seed have the same noise.
     """
 
-    section: MeasurementSection
     random: np.random.Generator
 
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
@@ -124,7 +101,7 @@ class SimulatedDetector(TimedDetector):
 
 
 @dataclass(kw_only=True)
-class CameraDetector(TimedDetector):
+class CameraDetector(Detector):
     """The goal by camera: a picture at each exposure, and the detection in it. See `Detector`."""
 
     pictures: BoardCamera  # by the true camera, with the true board and light
@@ -161,22 +138,20 @@ class CameraDetector(TimedDetector):
             self.seen(stamp, picture, detection)
         return None if detection is None else detection.measurement
 
-    def _lost(self, stamp: float) -> bool:
-        lost = self.faults.lost
-        return lost is not None and self.first is not None and lost[0] <= stamp - self.first < lost[1]
-
     def _detected(self, picture: Image, stamp: float) -> CharucoDetection | None:
         """The detection in a picture within range: none while it is lost, and once a wrong one."""
-        # A lost detection is not computed: that takes longer than drawing.
-        detection = None if self._lost(stamp) else self.detector.detect(picture, stamp)
+        since = 0.0 if self.first is None else stamp - self.first
+        lost, wrong = self.faults.lost, self.faults.wrong
+        is_lost = lost is not None and lost[0] <= since < lost[1]
+        # A lost detection is not computed, as that takes longer than drawing; the first one starts the clock.
+        detection = None if is_lost and self.first is not None else self.detector.detect(picture, stamp)
         if detection is None:
             return None
         if self.first is None:
             self.first = stamp
-            if self._lost(stamp):
-                return None
-        wrong = self.faults.wrong
-        if wrong is None or self.erred or stamp - self.first < wrong.after:
+        if is_lost:
+            return None
+        if wrong is None or self.erred or since < wrong.after:
             return detection
         self.erred = True
         measurement = detection.measurement
@@ -212,7 +187,7 @@ class GoalFeed:
         """Time [s] of the next exposure, if that is not after `until`."""
         if self.detector is None:
             return None
-        at = round(self.exposures / self.detector.rate, 9)
+        at = round(self.exposures / self.detector.section.rate, 9)
         return at if at <= until + SAME_TIME else None
 
     def expose(self, stamp: float, vehicle: Pose2, *, last_part: bool) -> None:
@@ -221,7 +196,7 @@ class GoalFeed:
         self.exposures += 1
         measurement = self.detector.expose(stamp, vehicle, self.goal, last_part=last_part)
         if measurement is not None:
-            self.under_way.append((stamp + self.detector.delay, measurement))
+            self.under_way.append((stamp + self.detector.section.delay, measurement))
 
     def given(self, now: float, state: VehicleState) -> tuple[Pose2 | None, tuple[GoalMeasurement, ...]]:
         """Goal (None: the one given before) and detections for the step at `now` [s], with the vehicle

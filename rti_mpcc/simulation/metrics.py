@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
-from geometry import Corridor, Pose2, wrap
+from geometry import Area, Corridor, Pose2, wrap
 from geometry.outline import shape_of
 from rti_mpcc.config import Comfort, Vehicle
 from rti_mpcc.course.docking_time import expected_docking_time
@@ -21,7 +21,14 @@ from rti_mpcc.model.footprint import body_of, body_polygons, clearances
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
-from rti_mpcc.simulation.ride import energy_bound, hard_braking, peak_jerk, spells, turning_points
+from rti_mpcc.simulation.ride import (
+    energy_bound,
+    hard_braking,
+    peak_jerk,
+    samples_until,
+    spells,
+    turning_points,
+)
 from rti_mpcc.types import Array, Source, Status
 from rti_mpcc.world.surroundings import area_along
 
@@ -185,39 +192,39 @@ def body_clearances(result: RunResult) -> Array:
 
     In an area, and once the vehicle has left the given path for a planned route: to all boundaries. How deep
     the body is in something is measured as the controller does it; whether it touches anything, and how far
-    it is from all else, by shapely, too: the smaller of the two counts. Wholly beyond a boundary: `_inside`.
+    it is from all else, by shapely, too: the smaller of the two counts. Wholly beyond a boundary: `_along`.
     """
-    truth, vehicle, corridor = result.truth, result.config.vehicle, result.corridor
+    truth, vehicle, corridor, area = result.truth, result.config.vehicle, result.corridor, result.area
     distances = np.empty(len(truth.times))
     leaves = result.paths[1][0] if len(result.paths) > 1 else inf
     planned = np.full(len(distances), True) if corridor is None else truth.times >= leaves
+    if corridor is not None and planned.any():
+        first = corridor.with_obstacles(result.obstacles[0][1])
+        area = area_along(result.paths[0][1], first, result.config)
     starts = [start for start, _ in result.obstacles]
-    scene = np.searchsorted(starts, truth.times + SAME_TIME, side="right") - 1
-    if planned.any():
-        area = result.area
-        if area is None:
+    scenes = np.searchsorted(starts, truth.times + SAME_TIME, side="right") - 1
+    parts = np.where(planned, -1, truth.part)
+    for scene, part in np.unique(np.stack([scenes, parts]), axis=1).T.tolist():
+        rows, outlines = (scenes == scene) & (parts == part), result.obstacles[scene][1]
+        if part < 0:
+            assert area is not None
+            apart = _in_area(area.with_obstacles(outlines), truth.poses[rows], vehicle)
+        else:
             assert corridor is not None
-            first = corridor.with_obstacles(result.obstacles[0][1])
-            area = area_along(result.paths[0][1], first, result.config)
-        for index in np.unique(scene[planned]).tolist():
-            rows = planned & (scene == index)
-            solid = area.with_obstacles(result.obstacles[index][1])
-            apart = solid.signed_distances(body_of(vehicle), truth.poses[rows])
-            around = () if solid.boundary is None else (np.vstack((solid.boundary, solid.boundary[:1])),)
-            distances[rows] = _judged(apart, truth.poses[rows], vehicle, around, solid.obstacles)
-    if corridor is None or planned.all():
-        return distances
-    for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
-        scenery = corridor.with_obstacles(result.obstacles[index][1])
-        rows = ~planned & (scene == index) & (truth.part == part)
-        apart = _inside(scenery, part, truth.poses[rows], vehicle)
-        lines = (line for side in scenery.lines(part) for line in side)
-        distances[rows] = _judged(apart, truth.poses[rows], vehicle, lines, scenery.obstacles)
+            apart = _along(corridor.with_obstacles(outlines), part, truth.poses[rows], vehicle)
+        distances[rows] = apart
     return distances
 
 
-def _inside(corridor: Corridor, part: int, poses: Array, vehicle: Vehicle) -> Array:
-    """Signed distances (n,) [m] of the body at `poses` (n, 3) to boundaries and obstacles.
+def _in_area(area: Area, poses: Array, vehicle: Vehicle) -> Array:
+    """Signed distances (n,) [m] of the body at `poses` (n, 3) to all that is solid."""
+    apart = area.signed_distances(body_of(vehicle), poses)
+    lines = [] if area.boundary is None else [np.vstack((area.boundary, area.boundary[:1]))]
+    return _judged(apart, poses, vehicle, lines, area.obstacles)
+
+
+def _along(corridor: Corridor, part: int, poses: Array, vehicle: Vehicle) -> Array:
+    """Signed distances (n,) [m] of the body at `poses` (n, 3) to the boundaries of a part and the obstacles.
 
     A body that is wholly beyond a boundary is as deep in it as its farthest corner.
     """
@@ -226,7 +233,8 @@ def _inside(corridor: Corridor, part: int, poses: Array, vehicle: Vehicle) -> Ar
     beyond = corridor.walls[part].grid.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
     outside = beyond.min(axis=1) > 0.0
     apart[outside] = np.minimum(apart, -beyond.max(axis=1))[outside]
-    return apart
+    lines = [line for side in corridor.lines(part) for line in side]
+    return _judged(apart, poses, vehicle, lines, corridor.obstacles)
 
 
 def _judged(
@@ -268,15 +276,15 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
 
 
 def _square_integral(times: Array, values: Array, until: float | None) -> float:
-    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME, side="right"))
+    count = samples_until(times, until)
     return float(np.trapezoid(values[:count] ** 2, times[:count]))
 
 
 def peaks(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run) of what has a comfort value."""
-    count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
+    count = max(samples_until(truth.times, until), 1)
     names = (name for name in Comfort._fields if name != "jerk")
-    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in names}
+    return {name: float(np.abs(getattr(truth, name)[:count]).max()) for name in names}
 
 
 def _expected_time(result: RunResult) -> float | None:

@@ -44,13 +44,18 @@ def energy_bound(truth: Truth, until: float) -> float:
     It is 12 D² / T³ for each distance D in one direction, from rest to rest in the time T. Standing for half
     a second and more is no part of T.
     """
-    samples = max(int(np.searchsorted(truth.times, until + SAME_TIME, side="right")), 1)
+    samples = max(samples_until(truth.times, until), 1)
     times, v = truth.times[:samples], truth.v[:samples]
     moving = np.append(0.0, np.cumsum(np.diff(times) * ~samples_at_rest(times, v)[1:]))
     at = [0, *turning_points(times, v), samples - 1]
     distances, spans = np.abs(np.diff(_travel(times, v)[at])), np.diff(moving[at])
     some = spans > 0.0
     return float(np.sum(12.0 * distances[some] ** 2 / spans[some] ** 3))
+
+
+def samples_until(times: Array, until: float | None) -> int:
+    """Number of samples up to `until` [s], by default of all."""
+    return len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME, side="right"))
 
 
 def samples_at_rest(times: Array, v: Array) -> NDArray[np.bool_]:
@@ -82,13 +87,12 @@ def hard_braking(truth: Truth, cycles: Cycles, comfort: float, gain: float = 1.0
 def peak_jerk(cycles: Cycles, cycle: float, until: float | None, gain: float = 1.0) -> float:
     """Largest change of the commanded acceleration from a cycle to the next, times the drive's gain, over the
     time between them, up to `until` [s] (None: the whole run) [m/s³]. `cycle`: time before the first [s]."""
-    times, commanded = cycles.times, cycles.acceleration
-    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME))
+    count = samples_until(cycles.times, until)
     if count < 1:
         return 0.0
     # The acceleration before the first command is 0.
-    changes = np.abs(np.diff(commanded[:count], prepend=0.0))
-    spans = np.diff(times[:count], prepend=times[0] - cycle)
+    changes = np.abs(np.diff(cycles.acceleration[:count], prepend=0.0))
+    spans = np.diff(cycles.times[:count], prepend=cycles.times[0] - cycle)
     return float(gain * np.max(changes / spans))
 
 

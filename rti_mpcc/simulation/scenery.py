@@ -1,12 +1,10 @@
-"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault.
-
-And how near a body is to them, as the metrics measure it: by shapely alone, with `geometry.clearance`.
-"""
+"""The obstacles of a run: static ones, those that come and go, and those that block the route as a fault."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 import shapely
@@ -26,19 +24,20 @@ BESIDE = 0.5  # its reach in an area beyond both sides of a body on the path [m]
 _TOUCHING = 1e-3  # bodies that are nearer to one another are in contact [m]
 
 Outlines = Sequence[Array | Obstacle]
+Change = tuple[float, tuple[Array, ...]]
+"""From time [s], all outlines (k, 2) [m]."""
 
 
 @dataclass(slots=True, kw_only=True)
 class Scenery:
     """Every change of the obstacles of a run: of the corridor's, or beside those of the area."""
 
-    path: ReferencePath | None  # the current route, None before the first one
-    corridor: Corridor | None  # along the path, None in an area
+    corridor: Corridor | None  # along the given path, None in an area
     vehicle: Vehicle
     faults: tuple[FaultSection, ...] = ()  # those that block the route
     moving: tuple[MovingSection, ...] = ()
     obstacles_at: Callable[[float], Outlines] | None = None  # see `simulate`
-    changes: list[tuple[float, Outlines]] = field(default_factory=list)  # (from time [s], obstacles)
+    changes: list[Change] = field(default_factory=list)
     walls: dict[FaultSection, Array] = field(default_factory=dict)  # of each fault across the route
 
     @property
@@ -46,32 +45,35 @@ class Scenery:
         """Whether obstacles may come and go."""
         return self.obstacles_at is not None or bool(self.faults or self.moving)
 
-    def obstacles(self, now: float, pose: Pose2, part: int, near: float) -> Outlines:
+    def obstacles(
+        self, now: float, pose: Pose2, path: ReferencePath | None, part: int, near: float
+    ) -> Outlines:
         """The obstacles at `now` [s]; to be asked in every cycle.
 
-        `pose` of the vehicle, index of its active `part`, and its last progress `near` on it [m].
+        `pose` of the vehicle; its `path`, None before the first route; index of the active `part`, and the
+        last progress `near` on it [m].
         """
         acting = [fault for fault in self.faults if fault.acts(now)]
         for fault in acting:
             if fault not in self.walls:
-                self.walls[fault] = self._wall(pose, part, near, fault.amount)
+                route = path or ReferencePath.from_segments(pose, [(1, 0.0, 1.0)])
+                self.walls[fault] = self._wall(pose, route, part, near, fault.amount)
         own = () if self.corridor is None else self.corridor.obstacles
         usual = own if self.obstacles_at is None else self.obstacles_at(now)
         moving = filter(None, (each.at(now) for each in self.moving))
         found = [*usual, *moving, *(self.walls[fault] for fault in acting)]
         known = self.changes[-1][1] if self.changes else None
         if known is None or len(found) != len(known) or not all(map(np.array_equal, found, known)):
-            self.changes.append((now, found))
+            self.changes.append((now, tuple(map(np.asarray, found))))
         return found
 
-    def _wall(self, pose: Pose2, part: int, near: float, gap: float) -> Array:
+    def _wall(self, pose: Pose2, path: ReferencePath, part: int, near: float, gap: float) -> Array:
         """Outline (4, 2) [m] of an obstacle that the body on the route touches after `gap` [m].
 
         In a corridor it reaches from boundary to boundary across the active part, which is prolonged
         straight. In an area it may lie beyond cusps. If it would meet the body there, it lies across the
         prolonged active part. Without a route it lies straight ahead.
         """
-        path = self.path or ReferencePath.from_segments(pose, [(1, 0.0, 1.0)])
         active = path.parts[part]
         theta = active.progress(pose, active.project(pose.x, pose.y, near=near))
         if self.corridor is not None:
@@ -80,10 +82,9 @@ class Scenery:
             lines = shapely.MultiLineString([*left, *right])
             return _across(foot, active, _reach(foot, 1.0, lines), _reach(foot, -1.0, lines))
         beside = 0.5 * self.vehicle.width + BESIDE
-        body = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), self.vehicle)[0])
         there = next((way for way in path.parts[part:] if theta + gap <= way.end), path.parts[-1])
         outline = _across(self._touched(there, theta, gap), there, beside, beside)
-        if shapely.Polygon(outline).intersects(body):
+        if shapely.Polygon(outline).intersects(_body(pose, self.vehicle)):
             outline = _across(self._touched(active, theta, gap), active, beside, beside)
         return outline
 
@@ -109,26 +110,25 @@ def _reach(foot: Pose2, side: float, boundaries: shapely.MultiLineString) -> flo
 
 
 def with_body(
-    changes: Sequence[tuple[float, Outlines]],
+    changes: Sequence[Change],
     log: Sequence[StepRecord],
     goal: Pose2,
     body: Sequence[tuple[float, float]] | None,
-) -> list[tuple[float, Outlines]]:
+) -> tuple[Change, ...]:
     """The obstacles of each time, with the docked object until the vehicle drives on straight to touch it."""
     if body is None:
-        return list(changes)
+        return tuple(changes)
     outline = outline_at(body, goal)
-    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
-    if touched is None:
-        return [(at, (*some, outline)) for at, some in changes]
-    found = [(at, (*some, outline)) for at, some in changes if at < touched]
-    last = next((some for at, some in reversed(changes) if at <= touched), ())
-    return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
+    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), inf)
+    whole = [(at, (*some, outline)) for at, some in changes if at < touched]
+    touching = [(touched, some) for at, some in changes if at <= touched < inf]
+    return (*whole, *touching[-1:], *((at, some) for at, some in changes if at > touched))
 
 
 def touches(pose: Pose2, vehicle: Vehicle, body: Array | None) -> bool:
     """Whether the vehicle is in contact with the docked object, an outline (k, 2) [m] in the world."""
-    if body is None:
-        return False
-    own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
-    return bool(own.distance(shapely.Polygon(body)) <= _TOUCHING)
+    return body is not None and _body(pose, vehicle).distance(shapely.Polygon(body)) <= _TOUCHING
+
+
+def _body(pose: Pose2, vehicle: Vehicle) -> shapely.Polygon:
+    return shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])

@@ -52,7 +52,7 @@ def test_the_body_stands_until_the_move_into_contact_begins() -> None:
     log = [_record(*each) for each in (*never, ("straight", 7.0, goal))]
     found = with_body(changes, log, goal, BODY)
     assert [(at, len(some)) for at, some in found] == [(0.0, 1), (5.0, 2), (7.0, 1), (9.0, 0)]
-    assert with_body(changes, log, goal, None) == changes
+    assert with_body(changes, log, goal, None) == tuple(changes)
 
 
 def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> None:
