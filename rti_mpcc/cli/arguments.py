@@ -40,6 +40,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--dump-failed": {"type": Path, "metavar": "DIR", "help": "folder for the QPs of failed cycles, as .npz"},
     "--mcap": {"type": Path, "metavar": "FILE", "help": "write an MCAP file, which Foxglove and Rerun open"},
     "--jobs": {"type": integer(1), "metavar": "K", "help": "number of processes; default: one a core"},
+    "--no-plots": {"action": "store_true", "help": "write no pictures"},
+    "recording": {"metavar": "RECORDING", "type": Path, "help": "file of a `Recorder` or `run --record`"},
     "--partial": {"action": "store_true", "help": "use the whole cycles of a truncated recording"},
 }
 """Arguments that several commands have, as argparse takes them."""

@@ -102,19 +102,17 @@ def _animated(
     from rti_mpcc.report.animation import animation_file, write_animation
 
     outcomes: list[DrivenCase] = []
-    rides: dict[str, list[Ride]] = {}
+    rides: dict[Path, list[Ride]] = {}
     for case in cases:
         observer = Observer(driver_of(case.scenario, preset=case.preset, method=case.method))
-        outcome = drive(case, observer)
-        outcomes.append(outcome)
-        ride = ride_of_run(outcome.result, observer.moments, title=run_label(outcome.figures))
-        rides.setdefault(case.scenario.name, []).append(ride)
+        outcomes.append(drive(case, observer))
+        ride = ride_of_run(outcomes[-1].result, observer.moments, title=run_label(outcomes[-1].figures))
+        rides.setdefault(animation_file(None, folder).with_stem(case.scenario.name), []).append(ride)
         if progress is not None:
             progress(len(outcomes), len(cases))
-    files = {name: animation_file(None, folder).with_stem(name) for name in rides}
-    for name, file in files.items():
-        write_animation(rides[name], file)
-    return outcomes, list(files.values())
+    for file, some in rides.items():
+        write_animation(some, file)
+    return outcomes, list(rides)
 
 
 def add_campaign(commands: Commands) -> None:

@@ -70,10 +70,9 @@ def add_show(commands: Commands) -> None:
         "shown as far as it goes.",
         epilog="Exit status: 0 written, 2 bad input.",
     )
-    parser.add_argument("file", metavar="RECORDING", type=Path, help="file of a `Recorder` or `run --record`")
+    add_options(parser, "recording")
     add_folder(parser, "runs/RECORDING")
-    parser.add_argument("--no-plots", action="store_true", help="write no pictures")
-    add_options(parser, "--mcap")
+    add_options(parser, "--no-plots", "--mcap")
     moving = "write an animation, .mp4 or .gif"
     parser.add_argument("--animation", type=Path, metavar="FILE", help=moving)
     parser.set_defaults(command=_show)
@@ -84,10 +83,10 @@ def _show(args: argparse.Namespace) -> int:
         from rti_mpcc.recording.mcap_log import mcap_libraries
 
         mcap_libraries()
-    with progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
-        ride = ride_of_recording(args.file, progress=progress)
+    with progress_bar(args.recording.name, "cycle {task.completed:.0f}") as progress:
+        ride = ride_of_recording(args.recording, progress=progress)
     figures = recorded_summary(ride)
-    folder = writable_folder(args.out, args.file.stem)
+    folder = writable_folder(args.out, args.recording.stem)
     written = write_files(ride, figures, folder, plots=not args.no_plots, page=True)
     written += write_extras(ride, args.mcap, args.animation)
     print_tables([recorded_table(figures)])
@@ -105,8 +104,7 @@ def add_identify(commands: Commands) -> None:
         "have starts, stops and bends; it needs no dock.",
         epilog="Exit status: 0 fitted, 2 bad input.",
     )
-    parser.add_argument("file", metavar="RECORDING", type=Path, help="file of a `Recorder` or `run --record`")
-    add_options(parser, "--partial")
+    add_options(parser, "recording", "--partial")
     add_folder(parser, "runs/RECORDING")
     parser.set_defaults(command=_identify)
 
@@ -116,20 +114,19 @@ def _identify(args: argparse.Namespace) -> int:
     from rti_mpcc.report import draw
     from rti_mpcc.report.timeline import actuators_figure
 
-    found = identify(read_recording(args.file, allow_truncated=args.partial))
-    folder = writable_folder(args.out, args.file.stem)
+    found = identify(read_recording(args.recording, allow_truncated=args.partial))
+    folder = writable_folder(args.out, args.recording.stem)
     written = [folder / "identified.json", folder / "identified.png"]
     write_json(found.figures(), written[0])
-    draw.save(actuators_figure(args.file.name, found), written[1])
+    draw.save(actuators_figure(args.recording.name, found), written[1])
     for name, fit in (("drive", found.drive), ("steering", found.steering)):
         if fit is None:
             print_lines([f"{name}: changes too little to be fitted"])
             continue
         interface = "set-points" if fit.by_setpoints else "rates"
-        times = (
-            f"dead time {fit.dead_time:.3f} ± {fit.stds[0]:.3f} s, lag {fit.lag:.3f} ± {fit.stds[1]:.3f} s"
-        )
-        print_lines([f"{name}: {times}, gain {fit.gain:.2f}; it follows the {interface}"])
+        dead_time = f"dead time {fit.dead_time:.3f} ± {fit.stds[0]:.3f} s"
+        lag = f"lag {fit.lag:.3f} ± {fit.stds[1]:.3f} s"
+        print_lines([f"{name}: {dead_time}, {lag}, gain {fit.gain:.2f}; it follows the {interface}"])
     settings = ", ".join(f"{name}={value}" for name, value in found.model.model_dump().items())
     print_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
     print_written(written)

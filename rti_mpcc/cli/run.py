@@ -66,7 +66,7 @@ def add_run(commands: Commands) -> None:
     sources = [source.value for source in GoalSource]
     known = "filtered detections, the newest detection as it is, or the truth; default: detected"
     parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
-    parser.add_argument("--no-plots", action="store_true", help="write no pictures")
+    add_options(parser, "--no-plots")
     written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
     parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--page", action="store_true", help="write page.html, which shows each cycle")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from estimation import CharucoBoard
 from geometry import Area, Pose2
@@ -29,29 +29,22 @@ from rti_mpcc.simulation.sections.base import (
 )
 from rti_mpcc.simulation.sections.goal import too_many_markers
 from rti_mpcc.simulation.sections.ground import AreaSection
-from rti_mpcc.simulation.sections.mission import ApproachSection
+from rti_mpcc.simulation.sections.mission import ApproachSection, ObjectSection
 
 SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
 ROUNDING = 1e-6  # bodies that overlap by no more touch [m]
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
 
 
-def _in_radians(heading: float) -> float:
-    if hint := degrees_hint("must be <= 6.28319, not", heading):
-        raise ValueError(hint)
-    return heading
-
-
-Pose = Annotated[
-    tuple[Coordinate, Coordinate, Annotated[float, AfterValidator(_in_radians)]], Field(strict=False)
-]
+Pose = Annotated[tuple[Coordinate, Coordinate, float], Field(strict=False)]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]
 
 
-class MoveSection(Section):
+class MoveSection(ObjectSection):
     """The keys of a straight move, see `Straight`."""
 
+    makes = Straight
     distance: float
     speed: float | None = None
     steering: float | None = None
@@ -60,12 +53,8 @@ class MoveSection(Section):
     def _problems(self) -> Iterator[KeyProblem]:
         yield from refusal("", None, self.build, MoveSection)
 
-    def build(self) -> Straight:
-        """The move. Raises InputError."""
-        return Straight(**self.model_dump(include=set(MoveSection.model_fields), exclude_none=True))
 
-
-class DockSection(Section):
+class DockSection(ObjectSection):
     """A dock, see `Dock`: `pose` of the docked vehicle (x, y [m], heading [rad]); `body` in its frame [m]."""
 
     name: str
@@ -79,6 +68,8 @@ class DockSection(Section):
     uncertainty: Pair | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
+        if hint := degrees_hint("must be <= 6.28319, not", self.pose[2]):
+            yield KeyProblem("pose[2]", self.pose[2], hint)
         if not self.name or self.name != self.name.strip() or not self.name.isprintable():
             yield KeyProblem("name", self.name, "must be text in one line, without blanks at its ends")
         if self.board is not None and self.kind != "charuco":
@@ -89,19 +80,8 @@ class DockSection(Section):
             yield from too_many_markers("board", self.board)
 
     def build(self) -> Dock:
-        """The dock."""
-        approach, contact = self.approach, self.contact
-        return Dock(
-            Pose2(*self.pose),
-            name=self.name,
-            kind=DockKind(self.kind),
-            tolerance=self.tolerance,
-            body=self.body,
-            board=self.board,
-            approach=None if approach is None else approach.build(),
-            contact=None if contact is None else contact.build(),
-            uncertainty=self.uncertainty,
-        )
+        """The dock. Raises InputError."""
+        return Dock(**self.given() | {"pose": Pose2(*self.pose), "kind": DockKind(self.kind)})
 
 
 class DocksSection(Section):
@@ -165,7 +145,9 @@ def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
         driven: list[tuple[str, object, str, list[Pose2]]]
         driven = [("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])]
         if approach is not None:
-            driven.append(("approach.length", approach.length, "the approach", approach_poses(dock)))
+            marks = np.linspace(0.0, approach.length, ceil(approach.length / SPACING) + 1).tolist()
+            poses = [pose.compose(Pose2(-approach.direction * mark, 0.0, 0.0)) for mark in marks]
+            driven.append(("approach.length", approach.length, "the approach", poses))
         for key, value, what, poses in driven:
             if (depth := depth_in(docks.area, poses)) > ROUNDING:
                 clear = f"{what} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
@@ -178,12 +160,3 @@ def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
                 apart = f"must not overlap {what}, does by {depth:.2g} m"
                 yield KeyProblem(f"dock[{place}].body", np.asarray(dock.body).tolist(), apart)
                 break
-
-
-def approach_poses(dock: Dock) -> list[Pose2]:
-    """Poses every `SPACING` along the straight last piece of the route into a dock; none without."""
-    if dock.approach is None or dock.pose is None:
-        return []
-    length, direction = dock.approach.length, dock.approach.direction
-    marks = np.linspace(0.0, length, ceil(length / SPACING) + 1).tolist()
-    return [dock.pose.compose(Pose2(-direction * mark, 0.0, 0.0)) for mark in marks]

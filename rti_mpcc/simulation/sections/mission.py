@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from functools import cache
 from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, get_args, get_type_hints
 
 from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field, SerializeAsAny, ValidationError, create_model
@@ -17,18 +17,31 @@ from rti_mpcc.mission.step import COMMON, STEPS, Signal, Then
 from rti_mpcc.simulation.sections.base import KeyProblem, Pair, Section, Triple, WrongTable, translated
 
 
-class ApproachSection(Section):
+class ObjectSection(Section):
+    """A table with keys for fields of the class `makes`."""
+
+    makes: ClassVar[Callable[..., Any]]
+
+    def given(self) -> dict[str, Any]:
+        """The fields that are given. Raises InputError."""
+        values = {name: getattr(self, name) for name in self.model_fields_set}
+        tables = {name: each.build() for name, each in values.items() if isinstance(each, ObjectSection)}
+        return values | tables
+
+    def build(self) -> Any:
+        """The object. Raises InputError."""
+        return type(self).makes(**self.given())
+
+
+class ApproachSection(ObjectSection):
     """The straight last piece of the route into the dock: length [m], direction 1 (forward) or -1."""
 
+    makes = Approach
     length: Annotated[float, Field(gt=0.0, le=100.0)]
     direction: Literal[1, -1]
 
-    def build(self) -> Approach:
-        """The approach."""
-        return Approach(self.length, self.direction)
 
-
-class StepSection(Section):
+class StepSection(ObjectSection):
     """The keys that all steps have, see `rti_mpcc.mission.Step`; what is not given is as in Python."""
 
     timeout: float | None = None
@@ -38,23 +51,18 @@ class StepSection(Section):
     then: Then | None = None
     kind: str
 
-    def build(self, goal: Pose2 | None, body: ArrayLike | None) -> Step:
+    def build(self, goal: Pose2 | None = None, body: ArrayLike | None = None) -> Step:
         """The step. Raises InputError.
 
         `goal`: of a dock with a planned route, else None; `body`: outline (k, 2) of the docked object in its
         frame [m].
         """
         step = STEPS[self.kind]
-        hints = get_type_hints(step)
-        given: dict[str, Any] = {}
-        for name in self.model_fields_set - {"kind"}:
-            value = getattr(self, name)
-            if name == CONTACT:
-                given.update({"until": signalled_by_the_simulation} if value else {})
-            elif Pose2 in _kinds(hints[name]):
-                given[name] = Pose2(*value)
-            else:
-                given[name] = value.build() if isinstance(value, ApproachSection) else value
+        hints, given = get_type_hints(step), self.given()
+        del given["kind"]
+        if given.pop(CONTACT, False):
+            given["until"] = signalled_by_the_simulation
+        given |= {name: Pose2(*given[name]) for name in given if Pose2 in _kinds(hints[name])}
         if step.at_goal:
             given.update(pose=goal, body=body)
         return step(**given)
