@@ -121,7 +121,7 @@ def _run(arguments: argparse.Namespace) -> int:
     print_tables([summary_table(figures)])
     print_lines(failure_lines(figures.get("mission")))
     print_written([*written, *extras])
-    if result.planning is not None and not result.paths:
+    if not result.paths:
         print_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
     if problem:
         raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")

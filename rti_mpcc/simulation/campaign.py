@@ -115,7 +115,7 @@ def row_of(index: int, driven: DrivenCase, drawn: Drawn) -> CampaignRow:
         timed={
             **{name: driven.figures[name] for name in ("cycle_ms", "deadline_misses")},
             "misses": Counter(status.value for status in cycles.status[cycles.deadline_missed]),
-            "planning_s": None if result.planning is None else result.planning.seconds,
+            "planning_s": result.planning_seconds,
         },
     )
 

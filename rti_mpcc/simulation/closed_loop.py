@@ -29,7 +29,7 @@ from rti_mpcc.simulation.goal_feed import (
     source_in,
 )
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
-from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Planning, RunResult, Truth, cycle_table
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Outlines, Scenery, touches, with_body
 from rti_mpcc.types import Command, Status, VehicleState
@@ -118,9 +118,8 @@ def simulate(
     run = _Run(scenario, config, controller, scenery, feed, np.random.default_rng(seed))
     ended = run.to_its_end(progress)
     log = () if run.mission is None else run.mission.log
-    planned = Planning()
-    if run.planner is not None:
-        planned = Planning(seconds=run.planner.planning_seconds, replans=run.planner.replans)
+    planner = run.planner
+    seconds, replans = (planner.planning_seconds, planner.replans) if planner is not None else (0.0, 0)
     return RunResult(
         scenario=scenario,
         preset=preset,
@@ -133,7 +132,8 @@ def simulate(
         obstacles=with_body(scenery.changes, log, goal, scenario.goal.body),
         corridor=corridor,
         area=scenario.build_area() if scenario.in_area else None,
-        planning=planned if scenario.in_area or planned.replans else None,
+        planning_seconds=seconds if scenario.in_area or replans else None,
+        replans=replans,
         truth=Truth.of(run.samples, run.parameters),
         cycles=cycle_table(run.cycles),
         mission=log,

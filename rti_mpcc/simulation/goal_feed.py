@@ -87,9 +87,8 @@ class SimulatedDetector(Detector):
         noise = self.random.standard_normal(3)
         seen = goal.relative_to(vehicle)
         distance = hypot(seen.x, seen.y)
-        if not section.sees(distance) or dropped < section.dropout:
-            return None
-        if section.visible_after_cusp and not last_part:
+        hidden = section.visible_after_cusp and not last_part
+        if hidden or not section.sees(distance) or dropped < section.dropout:
             return None
         x, y, phi = noise * np.sqrt(np.diag(section.noise.covariance(distance)))
         if outlier < section.outlier:

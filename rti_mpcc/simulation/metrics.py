@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
-from geometry import Area, Corridor, Pose2, wrap
+from geometry import Corridor, Pose2, wrap
 from geometry.outline import shape_of
 from rti_mpcc.config import Comfort, Vehicle
 from rti_mpcc.course.docking_time import expected_docking_time
@@ -196,8 +196,8 @@ def body_clearances(result: RunResult) -> Array:
     """
     truth, vehicle, corridor, area = result.truth, result.config.vehicle, result.corridor, result.area
     distances = np.empty(len(truth.times))
-    leaves = result.paths[1][0] if len(result.paths) > 1 else inf
-    planned = np.full(len(distances), True) if corridor is None else truth.times >= leaves
+    leaves = -inf if corridor is None else result.paths[1][0] if len(result.paths) > 1 else inf
+    planned = truth.times >= leaves
     if corridor is not None and planned.any():
         first = corridor.with_obstacles(result.obstacles[0][1])
         area = area_along(result.paths[0][1], first, result.config)
@@ -206,21 +206,17 @@ def body_clearances(result: RunResult) -> Array:
     parts = np.where(planned, -1, truth.part)
     for scene, part in np.unique(np.stack([scenes, parts]), axis=1).T.tolist():
         rows, outlines = (scenes == scene) & (parts == part), result.obstacles[scene][1]
+        poses = truth.poses[rows]
         if part < 0:
             assert area is not None
-            apart = _in_area(area.with_obstacles(outlines), truth.poses[rows], vehicle)
+            solid = area.with_obstacles(outlines)
+            lines = [] if solid.boundary is None else [np.vstack((solid.boundary, solid.boundary[:1]))]
+            apart = solid.signed_distances(body_of(vehicle), poses)
+            distances[rows] = _judged(apart, poses, vehicle, lines, solid.obstacles)
         else:
             assert corridor is not None
-            apart = _along(corridor.with_obstacles(outlines), part, truth.poses[rows], vehicle)
-        distances[rows] = apart
+            distances[rows] = _along(corridor.with_obstacles(outlines), part, poses, vehicle)
     return distances
-
-
-def _in_area(area: Area, poses: Array, vehicle: Vehicle) -> Array:
-    """Signed distances (n,) [m] of the body at `poses` (n, 3) to all that is solid."""
-    apart = area.signed_distances(body_of(vehicle), poses)
-    lines = [] if area.boundary is None else [np.vstack((area.boundary, area.boundary[:1]))]
-    return _judged(apart, poses, vehicle, lines, area.obstacles)
 
 
 def _along(corridor: Corridor, part: int, poses: Array, vehicle: Vehicle) -> Array:
@@ -300,7 +296,7 @@ def _expected_time(result: RunResult) -> float | None:
 
 def _planning(result: RunResult) -> dict[str, Any]:
     """How routes were planned: length and cusps are those of the first one."""
-    if result.planning is None:
+    if result.planning_seconds is None:
         return {}
     planned = result.paths if result.area is not None else result.paths[1:]
     length = cusps = None
@@ -309,7 +305,7 @@ def _planning(result: RunResult) -> dict[str, Any]:
         length = planned[0][1].length - parts[0].start
         # Between parts the vehicle may also stop to turn its wheels.
         cusps = sum(one.direction != other.direction for one, other in pairwise(parts))
-    found = {"seconds": result.planning.seconds, "replans": result.planning.replans}
+    found = {"seconds": result.planning_seconds, "replans": result.replans}
     return {"planning": {**found, "length_m": length, "cusps": cusps}}
 
 

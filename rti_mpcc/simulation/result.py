@@ -117,14 +117,6 @@ def _slopes(times: Array, values: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Planning:
-    """Total time of the searches for a route [s], and how often the controller replanned."""
-
-    seconds: float = 0.0
-    replans: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
     """A whole run."""
 
@@ -141,7 +133,8 @@ class RunResult:
     obstacles: tuple[tuple[float, tuple[Array, ...]], ...]
     corridor: Corridor | None  # along the given path
     area: Area | None  # in place of a path and its corridor
-    planning: Planning | None  # None along a path that the vehicle did not leave
+    planning_seconds: float | None  # of all searches for a route; None along a path that was not left
+    replans: int  # number of times that the controller replanned
     truth: Truth
     cycles: Cycles
     ended: str  # "docked", "mission over", "stopped" or "duration"

@@ -44,5 +44,5 @@ def test_a_fault_ends_docked_or_standing_with_a_reason(
     assert result.ended == "docked", f"{result.cycles.status[-1].value}: {result.cycles.reason[-1]}"
     # A goal that has jumped may be out of reach onward, and once more when it jumps back; what is blocked, or
     # keeps the vehicle standing for long, may let it replan; whatever is over soon does not.
-    replans = 0 if result.planning is None else result.planning.replans
+    replans = result.replans
     assert replans <= 2 if kind == "goal_jump" else replans <= (kind == "blocked" or seconds >= SECONDS[-1])

@@ -47,7 +47,7 @@ def drive_to_a_wall(
         figures["clearance_standing_m"] = float(body_clearances(result)[np.flatnonzero(standing)[-1]])
     last = int(np.flatnonzero(cycles.times < end)[-1])
     assert found["min_clearance_m"] > 0.0
-    goes_round = result.planning is not None and result.planning.replans > 0
+    goes_round = result.replans > 0
     figures["goes_round"] = goes_round
     if not goes_round:
         assert abs(truth.v[np.searchsorted(truth.times, end) - 1]) <= 0.02
