@@ -68,7 +68,7 @@ def add_run(commands: Commands) -> None:
     parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
     add_options(parser, "--no-plots")
     written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
-    parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
+    parser.add_argument("--animate", nargs="?", const="", type=Path, metavar="FILE", help=written)
     parser.add_argument("--page", action="store_true", help="write page.html, which shows each cycle")
     add_options(parser, "--mcap")
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`, `show`")
@@ -89,11 +89,9 @@ def _key(text: str) -> tuple[str, object]:
 
 def _run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
-    for option in ("ride", "docking_time"):
-        if (value := getattr(arguments, option)) is not None:
-            scenario = changed(scenario, {f"controller.{option}": value})
-    if arguments.set:
-        scenario = changed(scenario, {f"controller.{key}": value for key, value in arguments.set})
+    asked = [("ride", arguments.ride), ("docking_time", arguments.docking_time), *arguments.set]
+    if changes := {f"controller.{key}": value for key, value in asked if value is not None}:
+        scenario = changed(scenario, changes)
     # simulate() would refuse this, too, but after the folder was made.
     scenario.controller_config(arguments.preset, method=arguments.method)
     detector = scenario.goal.measurement is not None
@@ -105,17 +103,17 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.mcap is not None:
         mcap_libraries()
     folder = writable_folder(arguments.out, scenario.name)
-    animation: list[Path] = []
+    animation = None
     if arguments.animate is not None:
         # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
         from rti_mpcc.report.animation import animation_file
 
-        animation = [animation_file(Path(arguments.animate) if arguments.animate else None, folder)]
-        make_writable(animation[0].parent)
+        animation = animation_file(arguments.animate or None, folder)
+        make_writable(animation.parent)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(ride, figures, folder, plots=not arguments.no_plots, page=arguments.page)
-    extras = write_extras(ride, arguments.mcap, *animation)
+    extras = write_extras(ride, arguments.mcap, animation)
     if arguments.record is not None and not problem:
         written.append(arguments.record)
     print_tables([summary_table(figures)])

@@ -91,12 +91,13 @@ def _not_huge(vehicle: Vehicle) -> Vehicle:
 VehicleTable = Annotated[Vehicle, AfterValidator(_not_huge)]
 
 
-def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
-    """A relative file lies relative to the one that names it."""
+def _beside_the_file(file: str, info: ValidationInfo) -> str:
     folder = (info.context or {}).get("folder")
-    return file if file is None or folder is None else str(Path(folder) / file)
+    return file if folder is None else str(Path(folder) / file)
 
 
+FileName = Annotated[str, AfterValidator(_beside_the_file)]
+"""A relative file lies relative to the one that names it."""
 _NAMED = re.compile(
     r"(?:[A-Z]\w*\.)?(?P<key>[a-z]\w*(?:\[\d+\]|\.[a-z]\w*)*)(?: = (?P<value>.+?))?"
     r"(?::|(?= (?:is|has|does) )) (?P<allowed>.+)"

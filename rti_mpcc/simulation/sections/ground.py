@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from geometry.outline import checked_shape, outline_at
 from rti_mpcc.simulation.sections.base import (
+    FileName,
     KeyProblem,
     ListOf,
     Outline,
@@ -19,7 +20,6 @@ from rti_mpcc.simulation.sections.base import (
     Positive,
     Section,
     Triple,
-    beside_the_file,
     refusal,
 )
 from rti_mpcc.types import Obstacle
@@ -38,9 +38,7 @@ class PathSection(Section):
 
     start: Triple | None = None
     segments: Annotated[ListOf[SegmentSection], Field(min_length=1)] | None = None
-    file: str | None = None
-
-    _beside = field_validator("file")(beside_the_file)
+    file: FileName | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
         missing = [key for key in ("start", "segments") if getattr(self, key) is None]
@@ -141,9 +139,7 @@ class AreaSection(Section):
 
     boundary: Polygon | None = None
     obstacles: ListOf[Outline] = ()
-    map: str | None = None
-
-    _beside = field_validator("map")(beside_the_file)
+    map: FileName | None = None
 
     def _problems(self) -> Iterator[KeyProblem]:
         if self.map is not None and (self.boundary or self.obstacles):
