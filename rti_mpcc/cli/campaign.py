@@ -10,15 +10,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from rti_mpcc.cli.arguments import (
-    DONE,
-    OPTIONS,
-    Commands,
-    add_folder,
-    add_options,
-    integer,
-    writable_folder,
-)
+from rti_mpcc.cli.arguments import DONE, OPTIONS, Commands, add_folder, add_options, integer, writable_folder
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.paper import METHODS

@@ -56,7 +56,6 @@ class Controller(Protocol):
 
         It is given a `clock`, too, in the cycles of a fault of the solver.
         """
-        ...
 
 
 def simulate(

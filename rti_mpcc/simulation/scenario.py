@@ -7,7 +7,7 @@ planned. Its tables are in `sections`; what they must be to one another is check
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from importlib.resources import files
 from math import tan
@@ -38,10 +38,7 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
     refusal,
 )
-from rti_mpcc.simulation.sections.controller import (
-    ControllerSection,
-    SimulationSection,
-)
+from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
 from rti_mpcc.simulation.sections.goal import GoalSection
 from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
 from rti_mpcc.simulation.sections.mission import CONTACT, MissionSection
@@ -49,7 +46,11 @@ from rti_mpcc.world.goals import checked_goal
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
-PRESETS = ("default", "paper", "paper_printed")
+PRESETS: dict[str, Callable[..., ControllerConfig]] = {
+    "default": ControllerConfig,
+    "paper": ControllerConfig.paper,
+    "paper_printed": ControllerConfig.paper_printed,
+}
 _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
@@ -153,8 +154,7 @@ class Scenario(Section):
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
         changes |= section.model_dump(exclude={*names, "docking_time", "weights"}, exclude_none=True)
-        make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
-        config = with_method(make.get(preset, ControllerConfig)(**changes), method)
+        config = with_method(PRESETS[preset](**changes), method)
         if section.weights is not None:
             config = config.changed(weights=section.weights.model_dump(exclude_unset=True))
         if section.docking_time is None:

@@ -9,13 +9,7 @@ from pydantic import Field
 
 from rti_mpcc.config import EXIT, Ride, Weights
 from rti_mpcc.config.vehicle import Delay
-from rti_mpcc.simulation.sections.base import (
-    KeyProblem,
-    NotNegative,
-    Positive,
-    Section,
-    Triple,
-)
+from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Positive, Section, Triple
 
 _Noise = Annotated[
     tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
