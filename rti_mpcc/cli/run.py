@@ -68,7 +68,7 @@ def add_run(commands: Commands) -> None:
     parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
     add_options(parser, "--no-plots")
     written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
-    parser.add_argument("--animate", nargs="?", const="", type=Path, metavar="FILE", help=written)
+    parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--page", action="store_true", help="write page.html, which shows each cycle")
     add_options(parser, "--mcap")
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`, `show`")
@@ -108,7 +108,7 @@ def _run(arguments: argparse.Namespace) -> int:
         # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
         from rti_mpcc.report.animation import animation_file
 
-        animation = animation_file(arguments.animate or None, folder)
+        animation = animation_file(Path(arguments.animate) if arguments.animate else None, folder)
         make_writable(animation.parent)
     result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)

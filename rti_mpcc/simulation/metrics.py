@@ -253,8 +253,7 @@ def rms(truth: Truth, until: float | None) -> dict[str, float]:
     """Root of the time mean of the square up to `until` [s] (None: the whole run); 0 over no time."""
     values = {"steering": _square_integral(truth.times, truth.delta, until), **energy(truth, until)}
     time = truth.times[-1] - truth.times[0] if until is None else until - truth.times[0]
-    names = ("steering", "steering_rate", "acceleration", "lateral_acceleration")
-    return {name: float(np.sqrt(values[name] / time)) if time > 0.0 else 0.0 for name in names}
+    return {name: float(np.sqrt(value / time)) if time > 0.0 else 0.0 for name, value in values.items()}
 
 
 def energy(truth: Truth, until: float | None) -> dict[str, float]:
