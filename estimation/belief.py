@@ -63,7 +63,7 @@ def later(belief: Belief, detection: Detection, prior: GoalPrior | None, tracks:
     belief = replace(belief, time=detection.stamp, track=track)
     if track is None:
         return _by_rivals(belief, detection, judged, prior, tracks)
-    innovation, nis = innovation_of(*track.values, detection)
+    innovation, nis = innovation_of(track.estimate, detection)
     judged = replace(judged, innovation=innovation, nis=nis)
     if problem or nis > tracks.gate:
         return _by_rivals(belief, detection, judged, prior, tracks)
@@ -92,7 +92,7 @@ def _joined(
         tracks.predicted(each, detection.stamp) for each in rivals if detection.stamp - each.seen_at <= KEPT
     ]
     alike = [k for k, each in enumerate(known) if each.barred == barred]
-    squares = {k: innovation_of(known[k].mean, known[k].covariance, detection)[1] for k in alike}
+    squares = {k: innovation_of(known[k].agile, detection)[1] for k in alike}
     best = min(squares, key=lambda k: squares[k], default=None)
     if best is None or squares[best] > tracks.gate:
         return _outnumbered(known, barred=barred), tracks.born(detection, barred=barred)

@@ -11,14 +11,13 @@ from bisect import bisect_left, bisect_right
 from dataclasses import replace
 from math import inf
 
-import numpy as np
-
 from estimation.belief import Belief, later
 from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.prior import GoalPrior
 from estimation.settings import GoalFilterConfig
-from estimation.track import TrackFilter, shifted
+from estimation.track import TrackFilter
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome
+from geometry import Pose2
 from geometry.validation import validated
 
 CLOCK_SKEW = 0.05
@@ -104,15 +103,16 @@ class GoalPoseFilter:
             )
         track = self._tracks.predicted(belief.track, now)
         lost_for = now - track.seen_at - self.config.lost_after
-        if track.still is None and lost_for > 0.0:
+        pose, covariance = track.estimate.pose
+        velocity = track.agile.rates.mean.copy()
+        if track.steady is None and lost_for > 0.0:
             # A goal that is lost is not carried on any further: its rates are as noisy as they are old.
-            track = replace(track, mean=track.mean - lost_for * np.concatenate([track.mean[3:], np.zeros(3)]))
-        covariance, velocity = track.values[1][:3, :3].copy(), track.mean[3:].copy()
+            pose = pose - lost_for * velocity
         covariance.flags.writeable = velocity.flags.writeable = False
         moves = belief.track.moves
         return GoalEstimate(
             status=self._status(now - track.seen_at),
-            pose=track.pose,
+            pose=Pose2(*pose.tolist()),
             covariance=covariance,
             velocity=velocity if self.config.moving or moves else None,
             moves=moves,
@@ -167,7 +167,7 @@ def _on_clock(belief: Belief, seconds: float) -> Belief:
     """The same belief on a clock that was set by `seconds`; rival tracks are forgotten."""
     if belief.track is None:
         return Belief(time=-inf)
-    track = shifted(belief.track, seconds)
+    track = belief.track.shifted(seconds)
     return replace(belief, time=belief.time + seconds, track=track, rivals=())
 
 

@@ -15,7 +15,7 @@ docs/method.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
@@ -39,14 +39,42 @@ _VELOCITY_DRIFT, _TURN_RATE_DRIFT = 0.02, 0.01  # of the rates [m/s/sqrt(s)], [r
 _FIRST_RATES = np.square([0.2, 0.2, 0.05])  # variances when a goal is first seen, of [m/s], [rad/s]
 
 
+class Gaussian(NamedTuple):
+    """Mean (n,) and covariance (n, n) of x, y [m], heading [rad], and with n = 6 of their rates."""
+
+    mean: Array
+    covariance: Array
+
+    @property
+    def pose(self) -> Gaussian:
+        """Without the rates."""
+        return Gaussian(self.mean[:3].copy(), self.covariance[:3, :3].copy())
+
+    @property
+    def rates(self) -> Gaussian:
+        """The rates alone."""
+        return Gaussian(self.mean[3:], self.covariance[3:, 3:])
+
+    def with_rates(self) -> Gaussian:
+        """This pose with rates that are not known yet."""
+        none = np.zeros((3, 3))
+        covariance = np.block([[self.covariance, none], [none, np.diag(_FIRST_RATES)]])
+        return Gaussian(np.concatenate([self.mean, np.zeros(3)]), covariance)
+
+    def near(self, heading: float) -> Gaussian:
+        """The same on the branch of a heading [rad]."""
+        mean = self.mean.copy()
+        mean[2] = lift(float(mean[2]), heading)
+        return Gaussian(mean, self.covariance)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Track:
     """What detections that agree with each other say, as a value.
 
     Attributes:
         time: of the estimates [s]; first, seen_at: stamps of its first and last detection [s].
-        mean, covariance: the agile estimate (6,), (6, 6): x, y, heading and their rates.
-        still, still_covariance: the steady one (3,), (3, 3); None for a goal that moves.
+        agile: the estimate with rates; steady: the one of a pose that stands, None for a goal that moves.
         count: number of its detections; others: of those since the first that were not its own.
         barred: its detections contradict the prior, it cannot be the goal.
         moving_since: since when it moves [s], or None.
@@ -55,10 +83,8 @@ class Track:
     time: float
     first: float
     seen_at: float
-    mean: Array
-    covariance: Array
-    still: Array | None = None
-    still_covariance: Array | None = None
+    agile: Gaussian
+    steady: Gaussian | None
     count: int = 1
     others: int = 0
     barred: bool = False
@@ -75,17 +101,20 @@ class Track:
         return self.moving_since is not None and self.seen_at - self.moving_since >= _MOVING_FOR
 
     @property
-    def values(self) -> tuple[Array, Array]:
-        """Mean (n,) and covariance (n, n) of the estimate: of a goal that moves with its rates."""
-        if self.still is None or self.still_covariance is None:
-            return self.mean, self.covariance
-        return self.still, self.still_covariance
+    def estimate(self) -> Gaussian:
+        """The steady one where there is one."""
+        return self.agile if self.steady is None else self.steady
 
     @property
     def pose(self) -> Pose2:
         """The goal."""
-        x, y, phi = self.values[0][:3].tolist()
-        return Pose2(x, y, phi)
+        return Pose2(*self.estimate.mean[:3].tolist())
+
+    def shifted(self, seconds: float) -> Track:
+        """The same track on a clock that was set by `seconds`."""
+        since = None if self.moving_since is None else self.moving_since + seconds
+        time, first, seen_at = self.time + seconds, self.first + seconds, self.seen_at + seconds
+        return replace(self, time=time, first=first, seen_at=seen_at, moving_since=since)
 
 
 class TrackFilter:
@@ -108,137 +137,105 @@ class TrackFilter:
 
     def born(self, detection: Detection, *, barred: bool = False) -> Track:
         """The track of one detection."""
-        none = np.zeros((3, 3))
-        steady = not self._config.moving
+        seen, stamp = Gaussian(detection.value, detection.covariance), detection.stamp
+        steady = None if self._config.moving else seen
         return Track(
-            time=detection.stamp,
-            first=detection.stamp,
-            seen_at=detection.stamp,
-            mean=np.concatenate([detection.value, np.zeros(3)]),
-            covariance=np.block([[detection.covariance, none], [none, np.diag(_FIRST_RATES)]]),
-            still=detection.value.copy() if steady else None,
-            still_covariance=detection.covariance if steady else None,
-            barred=barred,
+            time=stamp, first=stamp, seen_at=stamp, agile=seen.with_rates(), steady=steady, barred=barred
         )
 
     def predicted(self, track: Track, time: float) -> Track:
         """The track at `time` [s], which is not before its own."""
-        still, spread = track.still, track.still_covariance
         seconds = max(time - track.time, 0.0)
-        if still is not None and spread is not None:
-            still, spread = self._carried(still, spread, seconds)
-            if time - track.seen_at > KEPT:
-                none = np.zeros((3, 3))
-                mean = np.concatenate([still, np.zeros(3)])
-                covariance = np.block([[spread, none], [none, np.diag(_FIRST_RATES)]])
-                return replace(
-                    track, time=time, mean=mean, covariance=covariance, still=still, still_covariance=spread,
-                    moving_since=None,
-                )  # fmt: skip
-        mean, covariance = self._carried(track.mean, track.covariance, seconds)
-        return replace(
-            track, time=time, mean=mean, covariance=covariance, still=still, still_covariance=spread
-        )
+        steady = None if track.steady is None else self._carried(track.steady, seconds)
+        if steady is not None and time - track.seen_at > KEPT:
+            return replace(track, time=time, agile=steady.with_rates(), steady=steady, moving_since=None)
+        return replace(track, time=time, agile=self._carried(track.agile, seconds), steady=steady)
 
     def joined(self, track: Track, detection: Detection) -> tuple[Track, bool]:
         """The track, predicted to a detection that fits it, with this; whether it stands elsewhere now."""
-        mean, covariance = track.mean, track.covariance
-        agile = self.born(detection)
-        if innovation_of(mean, covariance, detection)[1] <= self.gate:
-            mean, covariance = self._corrected(mean, covariance, detection)
+        agile, steady = track.agile, track.steady
+        if innovation_of(agile, detection)[1] <= self.gate:
+            agile = self._corrected(agile, detection)
         else:  # it fits the steady estimate alone
-            mean, covariance = agile.mean.copy(), agile.covariance
-            mean[2] = lift(float(mean[2]), float(track.mean[2]))
-        still, spread = track.still, track.still_covariance
-        if still is not None and spread is not None:
-            still, spread = self._corrected(still, spread, detection)
-        track = replace(
-            track, seen_at=detection.stamp, mean=mean, covariance=covariance, still=still,
-            still_covariance=spread, count=track.count + 1,
-        )  # fmt: skip
+            agile = self.born(detection).agile.near(float(agile.mean[2]))
+        if steady is not None:
+            steady = self._corrected(steady, detection)
+        track = replace(track, seen_at=detection.stamp, agile=agile, steady=steady, count=track.count + 1)
         return self._restarted(replace(track, moving_since=self._moving_since(track)))
 
     def taken_over(self, track: Track, known: Track | None) -> Track:
-        """A track that is taken for the goal from now on, its headings on the branch of the known one.
+        """A rival that is taken for the goal from now on, its headings on the branch of the known one.
 
         It has seen the goal since this moved, not a shift: rates that are significant are a motion at once.
         """
-        mean, still, since = track.mean.copy(), track.still, track.moving_since
+        agile, steady, since = track.agile, track.steady, track.moving_since
         if known is not None:
-            branch = float(known.values[0][2])
-            mean[2] = lift(float(mean[2]), branch)
-            if still is not None:
-                still = np.array([still[0], still[1], lift(float(still[2]), branch)])
-        if since is not None and _square(track.mean[3:], track.covariance[3:, 3:]) > self._surely_moving:
-            since, still = min(since, track.seen_at - _MOVING_FOR), None
-        spread = None if still is None else track.still_covariance
-        return replace(track, mean=mean, still=still, still_covariance=spread, moving_since=since)
+            heading = float(known.estimate.mean[2])
+            agile, steady = agile.near(heading), None if steady is None else steady.near(heading)
+        if since is not None and _square(*track.agile.rates) > self._surely_moving:
+            since, steady = min(since, track.seen_at - _MOVING_FOR), None
+        return replace(track, agile=agile, steady=steady, moving_since=since)
 
     def _restarted(self, track: Track) -> tuple[Track, bool]:
         """With another steady estimate, or none, if the goal does not stand where that is."""
-        if self._config.moving:
+        if self._config.moving or (track.steady is None and track.moving_since is not None):
             return track, False
-        pose, spread = track.mean[:3].copy(), track.covariance[:3, :3].copy()
-        if track.still is None or track.still_covariance is None:
-            if track.moving_since is not None:
-                return track, False
-            return replace(track, still=pose, still_covariance=spread), True
-        if self._contradiction(track) <= self._moved:
+        if track.steady is not None and _contradiction(track.agile, track.steady) <= self._moved:
             return track, False
-        if track.moves:
-            return replace(track, still=None, still_covariance=None), True
-        return replace(track, still=pose, still_covariance=spread), True
-
-    def _contradiction(self, track: Track) -> float:
-        """How far the goal is from standing where the steady estimate has it, Eq. (E5)."""
-        assert track.still is not None
-        assert track.still_covariance is not None
-        off, spread = track.mean.copy(), track.covariance.copy()
-        off[:3] -= track.still
-        spread[:3, :3] -= track.still_covariance
-        return _square(off, spread + 1e-3 * np.diag(np.diagonal(track.covariance)))
+        moves = track.steady is not None and track.moves
+        return replace(track, steady=None if moves else track.agile.pose), True
 
     def _moving_since(self, track: Track) -> float | None:
         """Since when the goal moves [s], or None: its rates are significant."""
-        rates = track.mean[3:]
-        if float(np.hypot(rates[0], rates[1])) <= _LEAST_SPEED and abs(float(rates[2])) <= _LEAST_TURN_RATE:
+        rates, started = track.agile.rates, track.moving_since
+        x, y, turn = rates.mean.tolist()
+        if np.hypot(x, y) <= _LEAST_SPEED and abs(turn) <= _LEAST_TURN_RATE:
             return None
-        started = track.moving_since
-        significant = _square(rates, track.covariance[3:, 3:]) > (
-            self._moving if started is None else self._rests
-        )
-        if not significant:
+        if _square(*rates) <= (self._moving if started is None else self._rests):
             return None
         return track.seen_at if started is None else started
 
-    def _carried(self, mean: Array, covariance: Array, seconds: float) -> tuple[Array, Array]:
-        """Mean and covariance some seconds later, Eq. (E3)."""
-        size, drift = len(mean), self._config.drift(seconds)
+    def _carried(self, estimate: Gaussian, seconds: float) -> Gaussian:
+        """An estimate some seconds later, Eq. (E3)."""
+        size, drift = len(estimate.mean), self._config.drift(seconds)
         kalman = self._kalman[size]
-        kalman.x, kalman.P = mean[:, None], covariance
+        kalman.x, kalman.P = estimate.mean[:, None], estimate.covariance
         if size == 6:
             rates = np.diag(np.square([_VELOCITY_DRIFT, _VELOCITY_DRIFT, _TURN_RATE_DRIFT]))
             both = rates * seconds**2 / 2.0
             drift = np.block([[drift + rates * seconds**3 / 3.0, both], [both, rates * seconds]])
         kalman.predict(F=np.eye(size) + seconds * np.eye(size, k=3), Q=drift)
-        return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
+        return _of(kalman)
 
-    def _corrected(self, mean: Array, covariance: Array, detection: Detection) -> tuple[Array, Array]:
-        kalman = self._kalman[len(mean)]
-        kalman.x, kalman.P = mean[:, None], covariance
+    def _corrected(self, estimate: Gaussian, detection: Detection) -> Gaussian:
+        kalman = self._kalman[len(estimate.mean)]
+        kalman.x, kalman.P = estimate.mean[:, None], estimate.covariance
         value = detection.value.copy()
-        value[2] = lift(float(value[2]), float(mean[2]))
+        value[2] = lift(float(value[2]), float(estimate.mean[2]))
         kalman.update(value[:, None], R=detection.covariance)
-        return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
+        return _of(kalman)
 
 
-def innovation_of(mean: Array, covariance: Array, detection: Detection) -> tuple[Array, float]:
+def _of(kalman: Any) -> Gaussian:
+    return Gaussian(kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T))
+
+
+def innovation_of(estimate: Gaussian, detection: Detection) -> tuple[Array, float]:
     """Detection minus mean (3,), heading on the mean's branch, and its square in units of S, Eq. (E4)."""
+    mean = estimate.mean
     innovation = detection.value - mean[:3]
     innovation[2] = lift(float(detection.value[2]), float(mean[2])) - mean[2]
     innovation.flags.writeable = False
-    spread = covariance[:3, :3] + detection.covariance
+    spread = estimate.covariance[:3, :3] + detection.covariance
     return innovation, float(innovation @ np.linalg.solve(spread, innovation))
+
+
+def _contradiction(agile: Gaussian, steady: Gaussian) -> float:
+    """How far the goal is from standing where the steady estimate has it, Eq. (E5)."""
+    off, spread = agile.mean.copy(), agile.covariance.copy()
+    off[:3] -= steady.mean
+    spread[:3, :3] -= steady.covariance
+    return _square(off, spread + 1e-3 * np.diag(np.diagonal(agile.covariance)))
 
 
 def _square(off: Array, covariance: Array) -> float:
@@ -249,12 +246,3 @@ def _square(off: Array, covariance: Array) -> float:
     except np.linalg.LinAlgError:
         return 0.0
     return square if np.isfinite(square) else 0.0
-
-
-def shifted(track: Track, seconds: float) -> Track:
-    """The same track on a clock that was set by `seconds`."""
-    since = track.moving_since
-    return replace(
-        track, time=track.time + seconds, first=track.first + seconds, seen_at=track.seen_at + seconds,
-        moving_since=None if since is None else since + seconds,
-    )  # fmt: skip
