@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from estimation.types import Array
+from estimation.vehicle_filter import Noise
 from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
@@ -66,15 +67,6 @@ class Geometry(NamedTuple):
     steering: float
 
 
-class Noise(NamedTuple):
-    """Standard deviations: along [m], heading [rad], speed [m/s], steering [rad]."""
-
-    along: float = 0.0
-    heading: float = 0.0
-    speed: float = 0.0
-    steering: float = 0.0
-
-
 class CommandedChange(NamedTuple):
     """What the commands change from one measurement to the next: speed [m/s], steering [rad].
 
@@ -87,11 +79,11 @@ class CommandedChange(NamedTuple):
     acting: float
 
 
-def track_from(at: float, measured: Array, speed: float, steering: float) -> Array:
-    """A track (1, COLUMNS) from a measurement (>= 5,), with the speed and the steering that are believed."""
+def track_from(at: float, measured: Array, believed: Array) -> Array:
+    """A track (1, COLUMNS) from a measurement (>= 5,), and the state (>= 5,) that is believed."""
     track = np.zeros((1, COLUMNS))
     track[0, AT], track[0, X:ALONG] = at, measured[:5]
-    track[0, [EXPLAINED, POSE_SPEED]], track[0, STEERING] = speed, steering
+    track[0, [EXPLAINED, POSE_SPEED]], track[0, STEERING] = believed[3], believed[4]
     track[0, VV], track[0, STEP_AT] = _FIRST_SPEED**2, -inf
     return track
 
@@ -161,11 +153,13 @@ def _command(last: Array1, gained: float, steered: float, now: Out1) -> None:
     now[STEERED] = last[STEERED] + steered
 
 
-@inner
-def _led(explained: float, speed: float, h: float, most: float) -> float:
+def _towards(explained: float, speed: float, h: float, most: float) -> float:
     """The speed of (W3), led towards the one that is agreed on; at once if it is farther off than `most`."""
     off = speed - explained
     return explained + (1.0 if abs(off) > most else h / (h + _BLENDING)) * off
+
+
+_led = inner(_towards)  # in kernels
 
 
 @inner
@@ -216,13 +210,9 @@ def latest(track: Array) -> list[float]:
 
 def before(track: Array, seconds: float) -> list[float]:
     """The newest reading (COLUMNS,) at least so long before the last one [s], or the oldest."""
-    reading: list[float] = track[_index_before(track, seconds)].tolist()
+    k = int(track[:, AT].searchsorted(track[-1, AT] - seconds + 1e-9, side="right")) - 1
+    reading: list[float] = track[max(k, 0)].tolist()
     return reading
-
-
-@kernel
-def _index_before(track: Array2, seconds: float) -> int:
-    return index_before(track, seconds)
 
 
 @inner
@@ -280,16 +270,9 @@ def leap(track: Array, noise: float) -> float:
 
 def agreeing(track: Array) -> Array:
     """With the speed of (W3) led towards the measured one, which the pose confirms."""
-    if len(track) < 2:
-        return track
     led = track.copy()
-    _agree(led[-2, AT], _FAR, led[-1])
+    led[-1, EXPLAINED] = _towards(led[-1, EXPLAINED], led[-1, SPEED], led[-1, AT] - led[-2, AT], _FAR)
     return led
-
-
-@kernel
-def _agree(before: float, most: float, now: Out1) -> None:
-    now[EXPLAINED] = _led(now[EXPLAINED], now[SPEED], now[AT] - before, most)
 
 
 def with_commands(track: Array, rates: Callable[[float, float], tuple[float, float]]) -> Array:
@@ -303,11 +286,9 @@ def with_commands(track: Array, rates: Callable[[float, float], tuple[float, flo
     if led[:1].any():
         anew[0, EXPLAINED] = anew[0, SPEED]
     for k in range(1, len(anew)):
-        begin, end = anew[k - 1, AT], anew[k, AT]
-        acceleration, steering_rate = rates(begin, end)
-        _recommand(
-            anew[k - 1], (end - begin) * acceleration, (end - begin) * steering_rate, led[k - 1], anew[k]
-        )
+        h = anew[k, AT] - anew[k - 1, AT]
+        acceleration, steering_rate = rates(anew[k - 1, AT], anew[k, AT])
+        _recommand(anew[k - 1], h * acceleration, h * steering_rate, led[k - 1], anew[k])
     return anew
 
 

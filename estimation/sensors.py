@@ -17,7 +17,7 @@ outvote the commands: a vehicle that was stopped is where its sensors say.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import cos, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
@@ -43,7 +43,6 @@ from estimation.odometry import (
     WINDOWS,
     CommandedChange,
     Geometry,
-    Noise,
     agreeing,
     before,
     distances_at,
@@ -63,6 +62,7 @@ from estimation.steering import (
     unmoved,
 )
 from estimation.types import Array
+from estimation.vehicle_filter import Noise
 from geometry.compiled import Array1, Array2, Out2, kernel
 
 _FLOOR, _SHARE = 0.015, 0.05
@@ -102,9 +102,6 @@ class LeftOut(NamedTuple):
         return LeftOut("" if proven else self.problem, agreed, self.times)
 
 
-_IN_USE = LeftOut()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensors:
     """What is known of the sensors.
@@ -123,8 +120,8 @@ class Sensors:
     """
 
     track: Array | None = None
-    speed: LeftOut = _IN_USE
-    steering: LeftOut = _IN_USE
+    speed: LeftOut = field(default_factory=LeftOut)
+    steering: LeftOut = field(default_factory=LeftOut)
     pose: str = ""
     elsewhere: bool = False
     late: float = 0.0
@@ -162,10 +159,8 @@ class Sensors:
         if self.steering.problem:
             usable[4] = self.angle
         if self.late:
-            distance = (
-                float(self.track[-1, REPORTED])
-                - distances_at(self.track, float(self.track[-1, AT]) - self.late)[0]
-            )
+            at, reported = self.track[-1, [AT, REPORTED]].tolist()
+            distance = reported - distances_at(self.track, at - self.late)[0]
             turn = distance * tan(float(usable[4])) / wheelbase
             middle = float(usable[2]) + 0.5 * turn
             usable[0] += distance * cos(middle)
@@ -173,13 +168,13 @@ class Sensors:
             usable[2] += turn
         return usable
 
-    def restarted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
+    def restarted(self, at: float, measured: Array, believed: Array) -> Sensors:
         """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
-        return replace(self, track=track_from(at, measured, speed, steering), leap=0.0)
+        return replace(self, track=track_from(at, measured, believed), leap=0.0)
 
-    def trusted(self, at: float, measured: Array, speed: float, steering: float) -> Sensors:
+    def trusted(self, at: float, measured: Array, believed: Array) -> Sensors:
         """The pose and the steering are tried once more."""
-        return replace(self.restarted(at, measured, speed, steering), pose="", unsteered="", moved=0.0)
+        return replace(self.restarted(at, measured, believed), pose="", unsteered="", moved=0.0)
 
 
 def compare_sensors(

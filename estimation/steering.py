@@ -15,12 +15,12 @@ from estimation.odometry import (
     TURNED,
     WINDOWS,
     Geometry,
-    Noise,
     before,
     index_before,
     latest,
 )
 from estimation.types import Array
+from estimation.vehicle_filter import Noise
 from geometry.compiled import Array2, inner, kernel
 
 _TURN_FLOOR, _ANGLE = 0.008, 0.12

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import ceil, cos, exp, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,16 @@ QUANTITIES = 5
 """Along [m], across [m], heading [rad], speed [m/s], steering [rad]."""
 
 
+class Noise(NamedTuple):
+    """Standard deviations: along, across [m], heading [rad], speed [m/s], steering [rad]."""
+
+    along: float = 0.0
+    across: float = 0.0
+    heading: float = 0.0
+    speed: float = 0.0
+    steering: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasurementNoise:
     """What is known of the noise of a measured state.
@@ -52,9 +63,9 @@ class MeasurementNoise:
     run: int = 0
 
     @property
-    def stds(self) -> list[float]:
-        """(5,) standard deviations of the noise."""
-        return [sqrt(each) if each > 0.0 else 0.0 for each in self.variance.tolist()]
+    def stds(self) -> Noise:
+        """Standard deviations of the noise."""
+        return Noise(*np.sqrt(self.variance.clip(0.0)).tolist())
 
     def broken(self) -> MeasurementNoise:
         """The same noise, at the first measurement of a new run."""

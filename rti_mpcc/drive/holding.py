@@ -100,7 +100,7 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
     if min(s.clock.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
-    noise = standstill.NOISE * motion.noise[0]
+    noise = standstill.NOISE * motion.noise.along
     slow = abs(speed) * (context.start_time - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise

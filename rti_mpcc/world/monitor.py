@@ -20,7 +20,7 @@ from operator import sub
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.odometry import AT, CommandedChange, Geometry, Noise, with_commands
+from estimation.odometry import AT, CommandedChange, Geometry, with_commands
 from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
@@ -143,13 +143,14 @@ def validate_measurement(
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
     commanded, sensors = mean_rates(queue, last.at, now)[0], last.sensors
     gained = seconds * commanded
-    if alike:
+    if alike and sensors.track is not None and now > sensors.track[-1, AT]:
         steered = float(follows[DELTA] - last.measured[DELTA])
         acting = seconds * disturbance.acting(commanded)
         asked = CommandedChange(gained, steered, float(last.state[DELTA]), acting)
-        sensors = _sensed(last, read, now, asked, config)
+        body = Geometry(config.vehicle.wheelbase, config.limits.steering)
+        sensors = compare_sensors(sensors, now, read, asked, last.noise.stds, body)
     elif not problem:
-        sensors = sensors.restarted(now, read, float(last.state[V]), float(last.state[DELTA]))
+        sensors = sensors.restarted(now, read, last.state)
     measured = read if problem else sensors.usable(read, config.vehicle.wheelbase)
     dead_reckoned = rolled(last.dead_reckoned) if same else measured
     frozen = _frozen(measured, dead_reckoned) if same else ""
@@ -199,31 +200,16 @@ def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
     needed = RESET_CONFIRMATION if monitor.reset else CONFIRMATION * 2**monitor.tries
     if since is None or read is None or measured is None or monitor.at - since < needed:
         return monitor
-    sensors = monitor.sensors.trusted(monitor.at, read, float(measured[V]), float(measured[DELTA]))
     return replace(
         monitor,
         state=measured,
         dead_reckoned=measured,
-        sensors=sensors,
+        sensors=monitor.sensors.trusted(monitor.at, read, measured),
         doubt="",
         steering_fault=False,
         relocalised=True,
         tries=monitor.tries + limited,
     )
-
-
-def _sensed(
-    last: StateMonitor, read: Array, now: float, asked: CommandedChange, config: ControllerConfig
-) -> Sensors:
-    """The sensors, compared once more; anew where no time passed."""
-    sensors, state = last.sensors, last.state
-    assert state is not None
-    if sensors.track is None or now <= sensors.track[-1, AT]:
-        return sensors.restarted(now, read, float(state[V]), float(state[DELTA]))
-    along, _, heading, speed, steering = last.noise.stds
-    noise = Noise(along, heading, speed, steering)
-    body = Geometry(config.vehicle.wheelbase, config.limits.steering)
-    return compare_sensors(sensors, now, read, asked, noise, body)
 
 
 def _first(
@@ -244,9 +230,7 @@ def _first(
             given=measured,
             measured=measured,
             dead_reckoned=measured,
-            sensors=replace(last.sensors, elsewhere=False).trusted(
-                now, measured, float(measured[V]), float(measured[DELTA])
-            ),
+            sensors=replace(last.sensors, elsewhere=False).trusted(now, measured, measured),
             relocalised=relocalised,
             noise=noise,
         )

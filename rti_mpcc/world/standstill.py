@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import cos, exp, inf, sin, sqrt
 from operator import attrgetter
 
 import numpy as np
 
+from estimation.vehicle_filter import Noise
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import MOVING_FACTOR
 from rti_mpcc.model.delay import QueuedCommand, mean_rates
@@ -68,14 +69,14 @@ class AxisMotion:
     Attributes:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
-        noise: standard deviations of a pose along the axis [m], and of a speed [m/s].
+        noise: of the measurements.
         unseen: speed of a vehicle that is measured to stand, by its poses [m/s]; 0 if it is slow, or if noise
             may be all of it.
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    noise: tuple[float, float] = (0.0, 0.0)
+    noise: Noise = field(default_factory=Noise)
     unseen: float = 0.0
 
     def noted(
@@ -94,8 +95,7 @@ class AxisMotion:
             return AxisMotion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
         measured = speed if monitor.measured is None else float(monitor.measured[V])
-        stds = monitor.noise.stds
-        noise = stds[0], stds[3]
+        noise = monitor.noise.stds
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
@@ -140,14 +140,14 @@ class AxisMotion:
             return 0.0, inf
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
-            found, std = _slope([(m.at, m.driven) for m in last], self.noise[0])
+            found, std = _slope([(m.at, m.driven) for m in last], self.noise.along)
             if NOISE * std <= least_unseen(config):
                 break
         return found - sum(m.speed for m in last) / len(last), std
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
-        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise[0])
+        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
 
     def speed_beyond_noise(self, seconds: float) -> float:
         """The same [m/s], less what noise explains."""
@@ -163,8 +163,8 @@ class AxisMotion:
         """By how much the speed has changed lately otherwise than expected [m/s], beyond what noise explains:
         within `SLIP_TIME`, or evenly within `WINDOW`."""
         found = [m.unexplained for m in self._last(SLIP_TIME)]
-        at_once = max(found) - min(found) - NOISE * self.noise[1] if found else 0.0
-        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise[1])
+        at_once = max(found) - min(found) - NOISE * self.noise.speed if found else 0.0
+        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise.speed)
         return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
 
     def surprise(self) -> float:
@@ -172,7 +172,7 @@ class AxisMotion:
         if len(self.moments) < 3:
             return 0.0
         first, last = self.moments[-3], self.moments[-1]
-        change = abs(last.unexplained - first.unexplained) - NOISE * self.noise[1]
+        change = abs(last.unexplained - first.unexplained) - NOISE * self.noise.speed
         return max(change, 0.0) / (last.at - first.at)
 
     def still_coming(self) -> float:
@@ -192,10 +192,10 @@ class AxisMotion:
             [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
         ).T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
-        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise[0], lag)
+        by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise.along, lag)
         if self.unseen != 0.0:
             return by_poses
-        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise[1], lag)
+        by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise.speed, lag)
         return min(by_poses, by_speeds, key=lambda each: each[1])
 
     @property

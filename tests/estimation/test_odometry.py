@@ -17,12 +17,12 @@ from estimation.odometry import (
     TURNED,
     CommandedChange,
     Geometry,
-    Noise,
     distances_at,
     moved_on,
     track_from,
 )
 from estimation.sensors import Sensors, compare_sensors
+from estimation.vehicle_filter import Noise
 
 H, WHEELBASE = 0.05, 2.5
 BODY = Geometry(WHEELBASE, 0.6)
@@ -39,7 +39,7 @@ def arc(k: int, speed: float, delta: float) -> np.ndarray:
 @pytest.mark.parametrize("speed", [0.8, -0.8])
 def test_on_an_arc_all_odometers_agree(speed: float) -> None:
     delta = 0.3
-    track = track_from(0.0, arc(0, speed, delta), speed, delta)
+    track = track_from(0.0, arc(0, speed, delta), arc(0, speed, delta))
     for k in range(1, 21):
         track = moved_on(
             track, k * H, arc(k, speed, delta), CommandedChange(0.0, 0.0, delta, 0.0), EXACT, WHEELBASE
@@ -54,7 +54,7 @@ def test_on_an_arc_all_odometers_agree(speed: float) -> None:
 
 
 def test_a_distance_is_told_at_any_time_in_between() -> None:
-    track = track_from(0.0, arc(0, 1.0, 0.1), 1.0, 0.1)
+    track = track_from(0.0, arc(0, 1.0, 0.1), arc(0, 1.0, 0.1))
     for k in range(1, 11):
         track = moved_on(
             track, k * H, arc(k, 1.0, 0.1), CommandedChange(0.0, 0.0, 0.1, 0.0), EXACT, WHEELBASE
@@ -65,7 +65,7 @@ def test_a_distance_is_told_at_any_time_in_between() -> None:
 
 @pytest.mark.parametrize(("share", "left_out"), [(1.0, False), (1.03, False), (0.8, True), (1.2, True)])
 def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, left_out: bool) -> None:
-    known, speed = Sensors(track=track_from(0.0, np.zeros(6), 0.0, 0.0)), 0.0
+    known, speed = Sensors(track=track_from(0.0, np.zeros(6), np.zeros(6))), 0.0
     x = 0.0
     for k in range(1, 41):
         asked = 0.4 * H
