@@ -236,7 +236,7 @@ def compare_models(
     )
     refines = record.corrected is not None and not _is_news(model, record.corrected)
     better = explains and evidence > (REFINING if refines else EVIDENCE)
-    agrees = better and record.found is not None and _alike(model, record.found)
+    agrees = better and record.found is not None and abs(sum(model) - sum(record.found)) <= 2.0 * NEAR
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
     total = dead_times[:, None] + LAGS
@@ -286,11 +286,6 @@ def _noise(measured: Array) -> float:
     """Variance of the noise, from the second differences: motion has hardly any."""
     second = np.diff(measured, 2)
     return float(second @ second) / (6.0 * len(second))
-
-
-def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether two models answer after about the same time."""
-    return abs(sum(one) - sum(other)) <= 2.0 * NEAR
 
 
 def _courses(stamps: Array, values: Array, headings: Array, scale: Scale) -> Array:

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, sqrt, tan
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,20 +33,11 @@ from estimation.types import Array
 from geometry import lift
 from geometry.compiled import Out1, Out2, kernel
 
-V: Final = 0
-"""speed [m/s]."""
-D: Final = 1
-"""disturbance of the acceleration [m/s²]."""
-G: Final = 2
-"""share by which the drive answers too strongly."""
-PHI: Final = 3
-"""heading [rad]."""
-O: Final = 4  # noqa: E741 - as in the equations
-"""offset of the steering [rad]."""
-C: Final = 5
-"""share by which the vehicle turns too tightly."""
-STATES: Final = 6
-STEEPEST: Final = 1.5
+V, D, G, PHI, O, C = range(6)  # noqa: E741 - as in the equations
+"""Speed [m/s], disturbance of the acceleration [m/s²], share by which the drive answers too strongly, heading
+[rad], offset of the steering [rad], share by which the vehicle turns too tightly."""
+STATES = 6
+STEEPEST = 1.5  # [rad] that the wheels are turned at most
 
 REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
@@ -108,6 +99,10 @@ class DisturbanceEstimate:
     free: DisturbanceEstimate | None = None
     unmoved: DisturbanceEstimate | None = None
 
+    def __post_init__(self) -> None:
+        self.mean.setflags(write=False)
+        self.covariance.setflags(write=False)
+
     @property
     def acceleration(self) -> float:
         """d [m/s²]."""
@@ -138,7 +133,7 @@ def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
     """What is known before the first measurement."""
     d, g, o, c = _FIRST_STDS
     stds = np.array((config.speed_std, d, g, config.heading_std, o, c))
-    return _estimate(np.zeros(STATES), np.diag(stds**2))
+    return DisturbanceEstimate(mean=np.zeros(STATES), covariance=np.diag(stds**2))
 
 
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
@@ -176,8 +171,10 @@ def updated(
         return estimate
     if motion == last and abs(motion.v) > REST:
         return estimate  # told once more: the next one tells of the time since then
-    if _is_braked(estimate, last.v, motion.v, seconds, acceleration, config):
-        return _seated(estimate, motion, now, config)
+    change = motion.v - last.v
+    off = abs(change - seconds * (acceleration * estimate.gain + estimate.acceleration))
+    if off > seconds * _MOST[0] + NOISE * sqrt(2.0) * config.speed_std:
+        return _seated(estimate, motion, now, config)  # somebody else brakes it
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     steering = 0.5 * (last.delta + motion.delta)
     distance = 0.5 * seconds * (last.v + motion.v)
@@ -185,8 +182,6 @@ def updated(
     held = _is_held(mean, motion, acceleration)
     since, free = estimate.held_since, estimate.free
     if since is not None and free is not None and not held:
-        change = motion.v - last.v
-        off = abs(change - seconds * (acceleration * estimate.gain + estimate.acceleration))
         if off > LEAP:
             return _seated(estimate, motion, now, config)
         before = abs(change - seconds * (acceleration * free.gain + free.acceleration))
@@ -205,8 +200,16 @@ def updated(
     if not turns:
         _measured(mean, covariance, PHI, phi, config.heading_std)
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
-    found = _estimate(mean, covariance, now, motion, since, free)
-    return replace(found, unmoved=estimate.unmoved or estimate) if motion == last else found
+    unmoved = (estimate.unmoved or estimate) if motion == last else None
+    return DisturbanceEstimate(
+        mean=mean,
+        covariance=covariance,
+        at=now,
+        motion=motion,
+        held_since=since,
+        free=free,
+        unmoved=unmoved,
+    )
 
 
 def _seated(
@@ -216,7 +219,7 @@ def _seated(
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     _measured(mean, covariance, V, motion.v, config.speed_std)
     _measured(mean, covariance, PHI, motion.phi, config.heading_std)
-    return _estimate(mean, covariance, now, motion)
+    return DisturbanceEstimate(mean=mean, covariance=covariance, at=now, motion=motion)
 
 
 def _measured(mean: Array, covariance: Array, quantity: int, value: float, std: float) -> None:
@@ -264,20 +267,6 @@ def _predict(
                 covariance[j, i] *= share
 
 
-def _is_braked(
-    estimate: DisturbanceEstimate,
-    before: float,
-    v: float,
-    seconds: float,
-    acceleration: float,
-    config: DisturbanceFilterConfig,
-) -> bool:
-    """Whether neither commands, slope nor noise explain that the speed went from `before` to `v` [m/s]."""
-    explained = seconds * (acceleration * estimate.gain + estimate.acceleration)
-    noise = NOISE * sqrt(2.0) * config.speed_std
-    return abs(v - before - explained) > seconds * _MOST[0] + noise
-
-
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
     """Whether the vehicle rests although it was commanded to drive off, from the predicted `mean` (6,)."""
     driven = acceleration * (1.0 + mean[G]) + mean[D]
@@ -306,18 +295,3 @@ def _correct(
     for j in range(STATES):
         for k in range(j):
             covariance[j, k] = covariance[k, j] = 0.5 * (covariance[j, k] + covariance[k, j])
-
-
-def _estimate(
-    mean: Array,
-    covariance: Array,
-    at: float | None = None,
-    motion: Motion | None = None,
-    held_since: float | None = None,
-    free: DisturbanceEstimate | None = None,
-) -> DisturbanceEstimate:
-    mean.setflags(write=False)
-    covariance.setflags(write=False)
-    return DisturbanceEstimate(
-        mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since, free=free
-    )

@@ -1,17 +1,9 @@
 """The sensors of a vehicle, compared with each other: the pose, the speed, the steering, and the commands.
 
 Over windows of `WINDOWS` each of these says how far the vehicle has moved and turned
-(`estimation.odometry`). The sensor that disagrees with the other two is left out. Two sensors that agree
-outvote the commands: a vehicle that was stopped is where its sensors say.
-
-- *speed*: it disagrees with the motion of the pose, which the commands explain better. The speed of the pose
-  is used until the two have agreed for some distance.
-- *pose*: it disagrees with the speed, which the commands explain better. If a delay of the pose explains
-  that, the pose is driven on by the delay. Otherwise the pose is in doubt, and so is a speed that then does
-  not change as commanded.
-- *steering*: it disagrees with how the pose turns, which the commands explain better. The angle then follows
-  from the commands and the turns of the pose. Where both sensors agree that the steering stays aside of all
-  that was commanded lately, the steering is at fault, not its sensor.
+(`estimation.odometry`). The sensor that disagrees with the other two is left out; docs/faults.md lists what
+happens then. A pose in doubt leaves no speed that does not change as commanded. Where pose and steering
+sensor agree that the steering stays aside of all that was commanded lately, the steering is at fault.
 """
 
 from __future__ import annotations
@@ -137,13 +129,12 @@ class Sensors:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is said of the sensors."""
-        late, leapt = "", ""
+        speed, steering, late = self.speed.problem, self.steering.problem or self.unmoved, ""
+        if self.leap and not speed:
+            speed = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
         if self.late:
             late = f"the pose is {self.late:.2f} s late: it is driven on by that"
-        if self.leap and not self.speed.problem:
-            leapt = f"speed sensor has leapt by {self.leap:+.2f} m/s, the pose has not: it is not used"
-        steering = self.steering.problem or self.unmoved
-        return tuple(filter(None, (self.speed.problem, leapt, steering, late)))
+        return tuple(filter(None, (speed, steering, late)))
 
     def usable(self, measured: Array, wheelbase: float) -> Array:
         """The measurement (6,) without the sensors that are left out."""
@@ -256,12 +247,10 @@ def _speed_or_pose(
     if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(now - wide.since, 1e-3)
         by_pose = wide.moved / seconds
-        problem = (
+        problem = known.speed.problem or (  # said once, with the first figures
             f"speed sensor says {wide.reported / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
             f"speed from the pose is used"
         )
-        if known.speed.problem:
-            problem = known.speed.problem  # said once, with the first figures
         return replace(known, speed=known.speed.judged(problem, distance))
     late = _delay(track, noise)
     if late is not None:
