@@ -8,7 +8,7 @@ for each T and tau. `scipy.optimize.least_squares` finds T and tau, from the bes
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, isfinite
+from math import exp
 from typing import Final
 
 import numpy as np
@@ -80,8 +80,8 @@ class _Problem:
         self.drive, self.by_setpoints = drive, by_setpoints
         self.commands = drive.setpoints if by_setpoints else drive.rates
         windows = ((drive.stamps - drive.stamps[0]) // WINDOW).astype(int)
-        self.parts = [np.flatnonzero(windows == each) for each in np.unique(windows)]
-        self.parts = [each for each in self.parts if len(each) > 4]
+        parts = (np.flatnonzero(windows == each) for each in np.unique(windows))
+        self.parts = [each for each in parts if len(each) > 4]
 
     def output(self, dead_time: float, lag: float) -> Array:
         """(n,) Y of (A1) at the measurements."""
@@ -109,6 +109,10 @@ class _Problem:
         return ms - gain * ys, gain
 
 
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
 def _detrended(values: Array, stamps: Array) -> Array:
     """Values without their mean and slope over time."""
     t = stamps - stamps.mean()
@@ -121,31 +125,28 @@ def _fit(problem: _Problem) -> ActuatorFit:
 
     grid = [np.array((dead, lag)) for dead in _GRID[0] for lag in _GRID[1]]
     start = min(grid, key=lambda each: float(np.square(problem.residuals(each)).sum()))
-    spread = float(np.sqrt(np.mean(np.square(problem.residuals(start))))) + 1e-9
     found = least_squares(
         problem.residuals,
         start,
         bounds=((0.0, 1e-3), LONGEST),
         loss="soft_l1",
-        f_scale=_OUTLIER * spread,
+        f_scale=_OUTLIER * (_rms(problem.residuals(start)) + 1e-9),
         diff_step=(1e-3, 1e-3),
         x_scale=(0.1, 0.1),
     )
     residuals, gain = problem.explained(found.x)
     jacobian = np.asarray(found.jac, dtype=np.float64)
     information = jacobian.T @ jacobian / max(float(np.mean(np.square(residuals))), 1e-18)
-    variances = np.diag(np.linalg.pinv(information))
+    dead_time_std, lag_std = np.sqrt(np.diag(np.linalg.pinv(information)).clip(0.0)).tolist()
     predicted = problem.drive.measured.copy()
     predicted[np.concatenate(problem.parts)] -= residuals
-    without = problem.residuals(np.array((0.0, 1e-3)))
-    stds = [float(np.sqrt(each)) if isfinite(each) and each >= 0.0 else 0.0 for each in variances]
     return ActuatorFit(
         dead_time=float(found.x[0]),
         lag=float(found.x[1]),
-        stds=(stds[0], stds[1]),
+        stds=(dead_time_std, lag_std),
         gain=gain,
         by_setpoints=problem.by_setpoints,
-        rms=float(np.sqrt(np.mean(np.square(residuals)))),
-        rms_without=float(np.sqrt(np.mean(np.square(without)))),
+        rms=_rms(residuals),
+        rms_without=_rms(problem.residuals(np.array((0.0, 1e-3)))),
         predicted=predicted,
     )

@@ -27,7 +27,7 @@ AGREED_FOR = 1.0
 
 _FAR = (0.5, 0.2)
 """A goal that has moved by less than this [m], [rad] is followed sooner, in proportion: less is at stake."""
-_AGREEING = 9  # detections that agree, for each that does not
+_AGREEING = 9  # detections that agree, for each that does not; few that are read turned are in a row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,7 +50,7 @@ class Belief:
         agreed = [
             rival
             for rival in self.rivals
-            if rival.lasted >= AGREED_FOR and _is_agreed(rival) and now - rival.seen_at <= AGREED_FOR
+            if rival.lasted >= AGREED_FOR >= now - rival.seen_at and rival.count > _AGREEING * rival.others
         ]
         return max(agreed, key=lambda rival: rival.count).pose if agreed else None
 
@@ -111,17 +111,6 @@ def _outnumbered(rivals: Sequence[Track], *, barred: bool = False) -> tuple[Trac
     return tuple(each for each in counted if each.others <= each.count)
 
 
-def _is_majority(rival: Track) -> bool:
-    """Whether clearly more detections since its first one are its own: of two seen in turn neither is."""
-    return rival.count > rival.others + 1
-
-
-def _is_agreed(rival: Track) -> bool:
-    """Whether all but a few detections since its first one are its own: few of those that are read turned by
-    180 deg are in a row."""
-    return rival.count > _AGREEING * rival.others
-
-
 def _share_of_far(pose: Pose2, known: Pose2) -> float:
     """How far a pose is from a known one, 1 at most."""
     off, (position, heading) = pose.relative_to(known), _FAR
@@ -144,7 +133,8 @@ def _not_yet(
     if rival.first - track.seen_at > BURST:
         worth = 0.0  # it was lost before
     needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * _share_of_far(rival.pose, track.pose)
-    if rival.lasted >= needed and _is_majority(rival):
+    # Of two that are seen in turn neither has clearly more detections since its first one.
+    if rival.lasted >= needed and rival.count > rival.others + 1:
         return ""
     return (
         f"NIS {nis:.1f} is above the gate, {tracks.gate:.1f}; {rival.count} agree with it over "

@@ -53,14 +53,12 @@ class BoardPose:
     Attributes:
         value: (3,) x, y [m], phi [rad] of the goal in the vehicle frame.
         covariance: (3, 3) of it, Eq. (B3) and (B4).
-
         residuals: (n, 2) pixel seen minus pixel expected [px].
         cost: Eq. (B2).
     """
 
     value: Array
     covariance: Array
-
     residuals: Array
     cost: float
 

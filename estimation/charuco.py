@@ -38,14 +38,13 @@ GREEN, ORANGE, BLUE, RED = (80, 200, 80), (0, 140, 255), (255, 120, 0), (40, 40,
 def opencv() -> ModuleType:
     """OpenCV with its aruco module; loaded at the first call. Raises MissingExtraError without it."""
     needs = f"Detecting a ChArUco board needs OpenCV {'.'.join(map(str, OLDEST))} or later"
+    install = "pip install '.[vision]' in rti-mpcc's folder"
     try:
         import cv2
     except ImportError as error:
-        raise MissingExtraError(f"{needs}: pip install '.[vision]' in rti-mpcc's folder") from error
+        raise MissingExtraError(f"{needs}: {install}") from error
     if tuple(map(int, cv2.__version__.split(".")[:2])) < OLDEST:
-        raise MissingExtraError(
-            f"{needs}, not {cv2.__version__}: pip install '.[vision]' in rti-mpcc's folder"
-        )
+        raise MissingExtraError(f"{needs}, not {cv2.__version__}: {install}")
     return cv2
 
 
@@ -192,7 +191,6 @@ class CharucoGoalDetector:
         return (pose, corners, ids) if float(np.sqrt(np.mean(errors**2))) <= LARGEST_ERROR else None
 
     def _fit(self, corners: Array, ids: Ids) -> BoardPose | None:
-
         cv2, matrix = self._cv2, self.camera.matrix
         flat = np.column_stack([self._flat[ids], np.zeros(len(ids))])
         try:

@@ -96,11 +96,11 @@ class GoalPoseFilter:
             (time for time in (now, belief.time, self._now) if time is not None and is_time(time)),
             default=0.0,
         )
-        elsewhere = belief.elsewhere(now)
+        estimate = GoalEstimate(
+            status=GoalStatus.SEARCHING, innovation=innovation, nis=nis, elsewhere=belief.elsewhere(now)
+        )
         if belief.track is None:
-            return GoalEstimate(
-                status=GoalStatus.SEARCHING, innovation=innovation, nis=nis, elsewhere=elsewhere
-            )
+            return estimate
         track = self._tracks.predicted(belief.track, now)
         lost_for = now - track.seen_at - self.config.lost_after
         pose, covariance = track.estimate.pose
@@ -109,17 +109,16 @@ class GoalPoseFilter:
             # A goal that is lost is not carried on any further: its rates are as noisy as they are old.
             pose = pose - lost_for * velocity
         covariance.flags.writeable = velocity.flags.writeable = False
-        moves = belief.track.moves
-        return GoalEstimate(
-            status=self._status(now - track.seen_at),
+        moves, age = belief.track.moves, now - track.seen_at
+        status = GoalStatus.COASTING if age > _COAST_AFTER else GoalStatus.TRACKING
+        return replace(
+            estimate,
+            status=GoalStatus.LOST if age > self.config.lost_after else status,
             pose=Pose2(*pose.tolist()),
             covariance=covariance,
             velocity=velocity if self.config.moving or moves else None,
             moves=moves,
-            elsewhere=elsewhere,
-            age=now - track.seen_at,
-            innovation=innovation,
-            nis=nis,
+            age=age,
         )
 
     @property
@@ -132,11 +131,6 @@ class GoalPoseFilter:
         if settled:
             self._origin = self._past[settled - 1][1]
             del self._past[:settled]
-
-    def _status(self, age: float) -> GoalStatus:
-        if age > self.config.lost_after:
-            return GoalStatus.LOST
-        return GoalStatus.COASTING if age > _COAST_AFTER else GoalStatus.TRACKING
 
     def _usable(self, measurement: GoalMeasurement) -> Detection | str:
         """A measurement as a detection in the world, or why it is not usable."""

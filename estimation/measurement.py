@@ -148,13 +148,12 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
 
 def _covariance(measurement: GoalMeasurement, config: GoalFilterConfig) -> Array | str:
     """The measurement's own covariance if it is one, else the one by range."""
-    m, at = measurement, (0.0, 0.0)
+    m = measurement
     if m.covariance is None:
-        if m.frame is Frame.WORLD:
-            if m.vehicle is None:
-                return config.noise.covariance(config.noise.reference_range)
-            at = (m.vehicle.x, m.vehicle.y)
-        return config.noise.covariance(hypot(m.x - at[0], m.y - at[1]))
+        vehicle = m.vehicle if m.frame is Frame.WORLD else Pose2(0.0, 0.0, 0.0)
+        if vehicle is None:
+            return config.noise.covariance(config.noise.reference_range)
+        return config.noise.covariance(hypot(m.x - vehicle.x, m.y - vehicle.y))
     given = np.asarray(m.covariance, dtype=np.float64)
     if not np.isfinite(given).all() or np.abs(given).max() > FARTHEST**2:
         return "its covariance is not finite"

@@ -21,7 +21,7 @@ import numpy as np
 
 from estimation.types import Array
 from estimation.vehicle_filter import Noise
-from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel, record
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
@@ -67,6 +67,7 @@ class Geometry(NamedTuple):
     steering: float
 
 
+@record
 class CommandedChange(NamedTuple):
     """What the commands change from one measurement to the next: speed [m/s], steering [rad].
 
@@ -97,34 +98,26 @@ def moved_on(
         gone += 1
     longer = np.empty((len(track) - gone + 1, COLUMNS))
     longer[:-1] = track[gone:]
-    _move_on(at, measured, *commanded, noise.along, wheelbase, longer)
+    _move_on(at, measured, commanded, noise.along, wheelbase, longer)
     return longer
 
 
 @kernel
 def _move_on(
-    at: float,
-    measured: Array1,
-    gained: float,
-    steered: float,
-    estimated: float,
-    acting: float,
-    noise: float,
-    wheelbase: float,
-    track: Out2,
+    at: float, measured: Array1, commanded: CommandedChange, noise: float, wheelbase: float, track: Out2
 ) -> None:
     """(W1) to (W4): the last reading of the track, of a measurement at a time, by the one before it."""
     last, now = track[-2], track[-1]
-    last[STEERING], now[AT], now[X:ALONG] = estimated, at, measured[:5]
+    last[STEERING], now[AT], now[X:ALONG] = commanded.estimated, at, measured[:5]
     h = now[AT] - last[AT]
     turn = now[PHI] - last[PHI]
     turn -= 2.0 * pi * ceil((turn - pi) / (2.0 * pi))
     middle = last[PHI] + 0.5 * turn
     c, s, dx, dy = cos(middle), sin(middle), now[X] - last[X], now[Y] - last[Y]
     now[PHI] = last[PHI] + turn
-    _command(last, gained, steered, now)
+    _command(last, commanded.speed, commanded.steering, now)
     reported, driven = 0.5 * h * (now[SPEED] + last[SPEED]), now[DRIVEN] - last[DRIVEN]
-    leap = now[SPEED] - last[SPEED] - gained
+    leap = now[SPEED] - last[SPEED] - commanded.speed
     step = _step(last, c * dx + s * dy, reported, driven, noise, now)
     now[ALONG] = last[ALONG] + step
     now[ASIDE] = last[ASIDE] + c * dy - s * dx
@@ -132,7 +125,7 @@ def _move_on(
     now[TURNED] = last[TURNED] + step * tan(0.5 * (now[DELTA] + last[DELTA])) / wheelbase
     now[LEAPS] = last[LEAPS] + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0)
     now[STEERING] = 0.0
-    _filter(last, h, acting, max(noise, _LEAST_NOISE) ** 2, now)
+    _filter(last, h, commanded.acting, max(noise, _LEAST_NOISE) ** 2, now)
     if abs(now[SPEED] - now[POSE_SPEED]) <= _ALIKE + sqrt(now[VV]):
         now[EXPLAINED] = _led(now[EXPLAINED], 0.5 * (now[SPEED] + now[POSE_SPEED]), h, _LEAP)
     now[OFF] = step - driven

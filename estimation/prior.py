@@ -38,7 +38,8 @@ class GoalPrior:
         planned goal's is right: a detection turned by more than 90 deg is a misread one.
         """
         far, turn = self._off(detection.pose)
-        position, heading = _spreads(detection)
+        variances = np.diagonal(detection.covariance)
+        position, heading = (_SPREAD * float(np.sqrt(each)) for each in (variances[:2].max(), variances[2]))
         if turn > 0.5 * pi:
             left = degrees(pi - turn)
             return (
@@ -60,9 +61,3 @@ class GoalPrior:
     def _off(self, pose: Pose2) -> tuple[float, float]:
         off = pose.relative_to(self.pose)
         return hypot(off.x, off.y), abs(off.phi)
-
-
-def _spreads(detection: Detection) -> tuple[float, float]:
-    """How far a detection may be off by its own covariance [m], [rad]."""
-    variances = np.diagonal(detection.covariance)
-    return _SPREAD * float(np.sqrt(variances[:2].max())), _SPREAD * float(np.sqrt(variances[2]))
