@@ -8,20 +8,10 @@ from math import degrees, hypot, pi
 
 import numpy as np
 
-from estimation import (
-    GoalEstimate,
-    GoalPrior,
-    GoalStatus,
-    Judgement,
-    PoseHistory,
-    stds_in,
-)
+from estimation import GoalEstimate, GoalPrior, GoalStatus, Judgement, stds_in
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.types import GoalOrigin
 from rti_mpcc.world.goals import GOAL_MOVED, GoalFit
-from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.world import GoalState, World
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
@@ -30,14 +20,6 @@ _CERTAINTY = 2.0
 """A goal that is LOST may still be docked at while so many standard deviations of its estimate fit the goal
 tolerance."""
 _TURNING = 0.02  # [rad/s], of a dock that is said to turn
-
-
-def noted(poses: PoseHistory, monitor: StateMonitor, now: float, length: float) -> PoseHistory:
-    """With the vehicle's pose kept for detections of the last `length` [s], which may still arrive."""
-    if monitor.doubt or monitor.state is None:
-        return poses
-    here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
-    return poses.noted(now, here, length=length)
 
 
 def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
@@ -143,8 +125,8 @@ def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
     """Whether the goal has to be seen, or was detected, and no detection was accepted."""
     seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
     elsewhere = goal.estimate_fit is not None and goal.detected is None  # detected where it cannot be
-    told = goal.terms.on(config).goal_tracking.required or goal.undetected != "" or elsewhere
-    return told and (elsewhere or not seen)
+    told = goal.terms.on(config).goal_tracking.required or goal.undetected != ""
+    return elsewhere or (told and not seen)
 
 
 def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> str:
@@ -206,19 +188,3 @@ def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pos
     if abs(turn) < angle:
         phi = lift(wanted.phi, before.phi)
     return Pose2(before.x + share * x, before.y + share * y, phi)
-
-
-def with_goal(known: GoalState, goal: Pose2 | None) -> GoalState:
-    """The planned goal is that of another dock: nothing is known of it yet."""
-    return replace(
-        known,
-        dock=goal,
-        planned=goal,
-        pose=goal,
-        estimate=None,
-        estimated_at=None,
-        estimate_fit=None,
-        detected=None,
-        undetected="",
-        origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
-    )

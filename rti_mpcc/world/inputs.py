@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,24 +32,20 @@ def goal_in(
 ) -> tuple[GoalState, Pose2 | None]:
     """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
     an obstacle comes there; a rejected one has to be given again."""
-    taken, refusal, given_fit = None, known.refusal, known.given_fit
+    taken, came, refusal, given_fit = None, known.given, known.refusal, known.given_fit
     if given is not None:
         came, refusal = usable_goal(given)
         goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
-        if came != known.given:
-            known = replace(known, given=came)
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
-            taken = None if given_fit.problem else goal
-            refusal = ""
             if given_fit.problem:
                 refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
+            else:
+                taken = goal
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
-    if fit is known.fit and given_fit is known.given_fit and refusal == known.refusal:
-        return known, taken
-    return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
+    return replace(known, given=came, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
 def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:
@@ -124,29 +119,27 @@ def _line(error: Exception) -> str:
 def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
     """Those that are detections, and a remark on the first one that is not, or ""."""
     try:
-        given: tuple[object, ...] = () if measurements is None else tuple(measurements)
+        given = () if measurements is None else tuple(measurements)
     except TypeError:
         return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
-    good = tuple(measurement for measurement in given if _is_detection(measurement))
-    if len(good) == len(given):
-        return good, ""
-    k, odd = next((k, one) for k, one in enumerate(given) if not _is_detection(one))
-    if isinstance(odd, GoalMeasurement):
-        return good, f"measurements[{k}] ignored: not all of its values are numbers, poses or frames"
-    return good, f"measurements[{k}] ignored: expected GoalMeasurement, got {type(odd).__name__}"
+    problems = [_no_detection(each) for each in given]
+    odd = next((f"measurements[{k}] ignored: {why}" for k, why in enumerate(problems) if why), "")
+    return tuple(each for each, why in zip(given, problems, strict=True) if not why), odd
 
 
-def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
-    if not isinstance(given, GoalMeasurement) or not isinstance(given.frame, Frame):
-        return False
+def _no_detection(given: object) -> str:
+    """Why an input is no detection, or ""."""
+    if not isinstance(given, GoalMeasurement):
+        return f"expected GoalMeasurement, got {type(given).__name__}"
     v = given.vehicle
     try:
         pose = () if v is None else (v.x, v.y, v.phi)
         for number in (given.stamp, given.x, given.y, given.phi, *pose):
             isfinite(number)
+        usable = isinstance(given.frame, Frame)
     except (AttributeError, TypeError, ValueError, OverflowError):
-        return False
-    return True
+        usable = False
+    return "" if usable else "not all of its values are numbers, poses or frames"
 
 
 def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:

@@ -121,22 +121,15 @@ def validate_measurement(
     """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
     read, unreadable = _read(given)
     problem = unreadable or _unfit(read, config)
-    seconds = now - last.at
-    anew = last.gap or seconds > LONGEST_GAP
-    if (
-        last.state is None
-        or last.given is None
-        or last.measured is None
-        or last.dead_reckoned is None
-        or anew
-    ):
-        return _first(last, read, problem, queue, now, config, disturbance)
+    seconds, rows = now - last.at, as_rows(queue)
 
-    rows = as_rows(queue)
+    def rolled(state: Array, until: float = now) -> Array:
+        return roll_forward(state, rows, last.at, until, config, disturbance)
 
-    def rolled(state: Array) -> Array:
-        return roll_forward(state, rows, last.at, now, config, disturbance)
-
+    if last.gap or seconds > LONGEST_GAP or last.state is None or last.given is None:
+        return _first(last, read, problem, now, rolled)
+    assert last.measured is not None
+    assert last.dead_reckoned is not None
     expected, follows = rolled(last.state), rolled(last.measured)
     same = not problem and read.tolist() == last.given.tolist()
     alike = not (problem or _unfit(last.given, config))
@@ -157,8 +150,6 @@ def validate_measurement(
     jump = "" if problem else _far(measured, expected, seconds, config)
     problem = problem or frozen or sensors.pose or jump or sensors.unsteered
     fault = problem == sensors.unsteered != ""
-    if last.doubt:
-        follows = expected
     alike = alike or not problem
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
@@ -168,7 +159,7 @@ def validate_measurement(
         agrees = agrees and sensors.consistent and not sensors.elsewhere
     state, noise = measured, last.noise.broken()
     if problem and not fault:
-        state = _dead_reckoned(measured, expected, dead_reckoned if frozen else None, alike, config)
+        state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
     elif not (problem or last.doubt or same) and config.vehicle_filter.enabled:
         state, noise = filtered(
             last.noise, measured, follows, expected, seconds, gained, config.max_curvature
@@ -185,7 +176,6 @@ def validate_measurement(
         steering_fault=fault,
         since=last.since if problem and last.doubt else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
-        relocalised=False,
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         reset=problem != "" and (last.reset if last.doubt else jump != "" and rests and leapt),
         tries=0 if sensors.moved > PROVEN else last.tries,
@@ -213,17 +203,10 @@ def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
 
 
 def _first(
-    last: StateMonitor,
-    measured: Array,
-    problem: str,
-    queue: tuple[QueuedCommand, ...],
-    now: float,
-    config: ControllerConfig,
-    disturbance: Disturbance,
+    last: StateMonitor, measured: Array, problem: str, now: float, rolled: Callable[[Array, float], Array]
 ) -> StateMonitor:
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
-        relocalised, noise = last.state is not None, last.noise.broken()
         return StateMonitor(
             at=now,
             state=measured,
@@ -231,17 +214,13 @@ def _first(
             measured=measured,
             dead_reckoned=measured,
             sensors=replace(last.sensors, elsewhere=False).trusted(now, measured, measured),
-            relocalised=relocalised,
-            noise=noise,
+            relocalised=last.state is not None,
+            noise=last.noise.broken(),
         )
-    state = last.state
-    if state is not None:
-        until = min(now, last.at + LONGEST_GAP)
-        state = roll_forward(state, queue, last.at, until, config, disturbance)
     return replace(
         last,
         at=now,
-        state=state,
+        state=None if last.state is None else rolled(last.state, min(now, last.at + LONGEST_GAP)),
         given=measured,
         measured=measured,
         doubt=problem,
@@ -250,7 +229,7 @@ def _first(
         agrees_since=None,
         odd_since=now if last.odd_since is None else last.odd_since,
         relocalised=False,
-        gap=state is not None,
+        gap=last.state is not None,
     )
 
 
@@ -305,12 +284,8 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
 
-def _dead_reckoned(
-    measured: Array, expected: Array, frozen: Array | None, alike: bool, config: ControllerConfig
-) -> Array:
+def _dead_reckoned(measured: Array, expected: Array, alike: bool, config: ControllerConfig) -> Array:
     """The state (6,) to go by after a doubted measurement: of it only what can be true."""
-    if frozen is not None:
-        return frozen
     believed = expected.copy()
     for quantity, most in ((V, config.plausibility.speed), (DELTA, config.plausibility.steering)):
         if abs(measured[quantity] - expected[quantity]) <= most:

@@ -16,7 +16,7 @@ from geometry import PathPart, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.model.layout import PHI
 from rti_mpcc.types import GoalOrigin, VehicleState
 from rti_mpcc.world import actuators, goal_setpoint, goals, inputs, vehicle
 from rti_mpcc.world.monitor import StateMonitor, validate_measurement
@@ -63,7 +63,11 @@ class Perception:
         known = vehicle.learnt(s, monitor, records[0], holds, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = _heading_hint(s, monitor, part)
-        disturbance = last.disturbance
+        poses = last.poses
+        if monitor.state is not None and not monitor.doubt:  # for detections that may still arrive
+            length = config.goal_tracking.filter.history
+            poses = poses.noted(clock.now, Pose2(*monitor.state[:3].tolist()), length=length)
+        disturbance = last.disturbance  # what a hold has found stays until something else is learnt
         if known is not last.offsets:
             disturbance = UNDISTURBED
             if known is not None:
@@ -73,7 +77,7 @@ class Perception:
             monitor=monitor,
             offsets=known,
             disturbance=disturbance,
-            poses=goal_setpoint.noted(last.poses, monitor, clock.now, config.goal_tracking.filter.history),
+            poses=poses,
             heading_hint=hint,
             records=records,
             motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance, config),
@@ -91,7 +95,18 @@ class Perception:
             pose = goal if known.detected is None else known.pose
             return replace(known, planned=goal, pose=pose, origin=GoalOrigin.GIVEN)
         self.forget_goal()
-        return goal_setpoint.with_goal(known, goal)
+        return replace(
+            known,
+            dock=goal,
+            planned=goal,
+            pose=goal,
+            estimate=None,
+            estimated_at=None,
+            estimate_fit=None,
+            detected=None,
+            undetected="",
+            origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
+        )
 
     def located(
         self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath
@@ -133,5 +148,4 @@ def _heading_hint(s: World, monitor: StateMonitor, part: PathPart) -> str:
         return s.vehicle.heading_hint
     if s.area.corridor.area is not None:
         return hint
-    here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    return goals.degrees_beside("heading", here, part)
+    return goals.degrees_beside("heading", Pose2(*state[:3].tolist()), part)

@@ -91,11 +91,10 @@ class AxisMotion:
         `queue`, `disturbance`: as known in the last cycle.
         """
         state, now = monitor.state, monitor.at
-        if state is None or monitor.doubt:
+        if state is None or monitor.measured is None or monitor.doubt:
             return AxisMotion()
         pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
-        measured = speed if monitor.measured is None else float(monitor.measured[V])
-        noise = monitor.noise.stds
+        measured, noise = float(monitor.measured[V]), monitor.noise.stds
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self

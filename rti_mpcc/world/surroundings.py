@@ -207,26 +207,23 @@ class TrackedObstacle:
         # The newest of those that are old enough, and all since.
         old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
         seen = (*known[old:], (now, *place))
-        if new.stated:
-            kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
-            return replace(new, outline=self.outline, shape=self.shape) if kept else new
-        since, x, y = seen[0]
-        moved = np.subtract(place, (x, y))
-        displaced = bool(np.hypot(*moved) > MOVED)
+        if not new.stated:
+            new = self._moved(replace(new, seen=seen))
+        kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
+        return replace(new, outline=self.outline, shape=self.shape) if kept else new
+
+    def _moved(self, new: TrackedObstacle) -> TrackedObstacle:
+        """Whether and how fast this obstacle moves, by where it was seen until now."""
+        (since, *first), (now, *last) = new.seen[0], new.seen[-1]
+        moved = np.subtract(last, first)
+        distance = float(np.hypot(*moved))
+        displaced = distance > MOVED
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
-        moves = displaced or not still
-        seconds = max(now - since, float(np.hypot(*moved)) / FASTEST)
-        kept = not (moves or self.moves) and is_same(self.shape, new.shape, MOVED)
-        return replace(
-            new,
-            outline=self.outline if kept else new.outline,
-            shape=self.shape if kept else new.shape,
-            seen=seen,
-            velocity=moved / seconds if moves else np.zeros(2),
-            moves=moves,
-            still_since=since_when if moves else None,
-        )
+        if still and not displaced:
+            return replace(new, velocity=np.zeros(2), moves=False, still_since=None)
+        velocity = moved / max(now - since, distance / FASTEST)
+        return replace(new, velocity=velocity, moves=True, still_since=since_when)
 
     @property
     def hull(self) -> Array:
