@@ -23,9 +23,7 @@ from rti_mpcc.controller import RtiMpcc
 PHASES: dict[str, tuple[str, ...]] = {
     "measurement": ("rti_mpcc.world.perception.validate_measurement",),
     "projection": ("geometry.part.PathPart.project",),
-    "context, arrival time": (
-        "rti_mpcc.course.workspace.Workspace.context",
-    ),
+    "context, arrival time": ("rti_mpcc.course.workspace.Workspace.context",),
     "shift of the last plan": ("rti_mpcc.controller.resample",),
     "path, weights and cost": (
         "geometry.part.PathPart.reference",

@@ -21,7 +21,7 @@ import numpy as np
 
 from estimation.types import Array
 from estimation.vehicle_filter import Noise
-from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
@@ -67,7 +67,6 @@ class Geometry(NamedTuple):
     steering: float
 
 
-@record
 class CommandedChange(NamedTuple):
     """What the commands change from one measurement to the next: speed [m/s], steering [rad].
 
