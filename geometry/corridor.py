@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf, isfinite
@@ -18,10 +19,9 @@ from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
 from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
+    CheckedShape,
     checked_polygon,
     checked_shape,
-    convex_pieces,
-    corners_of,
     narrowest_in,
     path_line,
     split_outline,
@@ -64,11 +64,14 @@ class Corridor(Validated, error=CorridorError):
 
     def __post_init__(self) -> None:
         validate(self)
-        shapes = [checked_shape(each, f"obstacles[{i}]") for i, each in enumerate(self.obstacles)]
-        object.__setattr__(self, "obstacles", tuple(locked(corners_of(shape)) for shape in shapes))
-        pieces = [convex_pieces(shape) for shape in shapes]
-        owner = np.repeat(np.arange(len(shapes)), np.array([len(each) for each in pieces], dtype=np.int64))
-        grid = ShapeGrid.of_shapes([piece for each in pieces for piece in each], owner, len(shapes))
+        each = enumerate(self.obstacles)
+        self._keep_out_of([CheckedShape(checked_shape(corners, f"obstacles[{i}]")) for i, corners in each])
+
+    def _keep_out_of(self, shapes: Sequence[CheckedShape]) -> None:
+        counts = np.array([len(shape.pieces) for shape in shapes], dtype=np.int64)
+        pieces, owner = [piece for shape in shapes for piece in shape.pieces], np.arange(len(shapes))
+        grid = ShapeGrid.of_shapes(pieces, np.repeat(owner, counts), len(shapes))
+        object.__setattr__(self, "obstacles", tuple(shape.corners for shape in shapes))
         object.__setattr__(self, "kept_out", grid)
 
     @classmethod
@@ -141,6 +144,12 @@ class Corridor(Validated, error=CorridorError):
             CorridorError: a bad obstacle.
         """
         return replace(self, obstacles=_arrays(obstacles))
+
+    def with_shapes(self, shapes: Sequence[CheckedShape]) -> Corridor:
+        """Return the same boundaries with other obstacles, which are checked already."""
+        other = copy(self)
+        other._keep_out_of(shapes)
+        return other
 
     @property
     def sides(self) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import cos, sin
 from typing import TypeAlias
@@ -78,6 +80,31 @@ def corners_of(shape: Shape) -> Array:
     """Return the corners (m, 2) of a point, a line, or the outline of a polygon, each of them once [m]."""
     corners: Array = shapely.get_coordinates(getattr(shape, "exterior", shape))
     return corners[:-1] if isinstance(shape, shapely.Polygon) else corners
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedShape:
+    """The shape of an obstacle, checked. What follows from it is computed once, when it is first needed."""
+
+    shape: Shape
+
+    @cached_property
+    def corners(self) -> Array:
+        """Return its corners (m, 2), counter-clockwise [m]; read-only."""
+        corners = corners_of(self.shape)
+        corners.setflags(write=False)
+        return corners
+
+    @cached_property
+    def pieces(self) -> list[Array]:
+        """Return its `convex_pieces`."""
+        return convex_pieces(self.shape)
+
+    @cached_property
+    def hull(self) -> Array:
+        """Return the corners (m, 2) of its convex hull, counter-clockwise [m]."""
+        hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
+        return np.ascontiguousarray(corners_of(hull))
 
 
 def drawn_shape(shape: Shape) -> shapely.Polygon:

@@ -149,7 +149,9 @@ def distance_to_moving(
         turning = obstacle.turning
         apart = np.minimum(turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
         ahead_apart = apart + (obstacle.speed + turning) * stop
-        _may_collide(body, states, obstacle.hull, obstacle.velocity, elapsed, apart, ahead_apart, near)
+        _may_collide(
+            body, states, obstacle.checked.hull, obstacle.velocity, elapsed, apart, ahead_apart, near
+        )
     return float(marks[np.argmax(near)]) if near.any() else inf
 
 

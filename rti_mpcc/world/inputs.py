@@ -73,7 +73,14 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     if obstacles is None:
         return known
     try:
-        outlines, problem = _outlines(obstacles)
+        given = list(obstacles)
+    except TypeError:
+        problem = f"obstacles: expected a sequence, got {type(obstacles).__name__}"
+        return replace(known, unreadable=problem)
+    if known.tracked.are_given_again(given):
+        return known.given_again(now)
+    try:
+        outlines, problem = _outlines(given)
         if not problem:
             return known.updated(outlines, now)
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
@@ -81,13 +88,9 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     return replace(known, unreadable=problem)
 
 
-def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
+def _outlines(given: list[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
     """The obstacles, bare ones as arrays, none farther than `FARTHEST`, and why they are unusable, or ""."""
     outlines: list[Array | Obstacle] = []
-    try:
-        given = list(obstacles)
-    except TypeError:
-        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
             corners = np.asarray(outline, dtype=np.float64)

@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
@@ -20,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorError, ReferencePath
 from geometry.corridor_area import area_of
-from geometry.outline import Shape, checked_shape, corners_of
+from geometry.outline import CheckedShape, Shape, checked_shape
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.types import Array, Index, Obstacle
@@ -36,7 +38,7 @@ class Surroundings:
 
     Attributes:
         corridor: with the static obstacles, which plans avoid; known: with all obstacles.
-        obstacles: all of them; standing, moving: those of them that stand, and that move.
+        tracked: the obstacles.
         given_at: when they were given last [s].
         replaced: whether the area is another one than that in which the route was planned.
         changes: number of changes of the static ones, and of the area.
@@ -45,17 +47,26 @@ class Surroundings:
 
     corridor: Corridor
     known: Corridor
-    obstacles: tuple[TrackedObstacle, ...]
+    tracked: Tracked
     replaced: bool = False
     given_at: float = 0.0
     changes: int = 0
     unreadable: str = ""
-    standing: tuple[TrackedObstacle, ...] = field(init=False)
-    moving: tuple[TrackedObstacle, ...] = field(init=False)
 
-    def __post_init__(self) -> None:
-        for name, moves in (("standing", False), ("moving", True)):
-            object.__setattr__(self, name, tuple([each for each in self.obstacles if each.moves is moves]))
+    @property
+    def obstacles(self) -> tuple[TrackedObstacle, ...]:
+        """All of them."""
+        return self.tracked.obstacles
+
+    @property
+    def standing(self) -> tuple[TrackedObstacle, ...]:
+        """Those that stand."""
+        return self.tracked.standing
+
+    @property
+    def moving(self) -> tuple[TrackedObstacle, ...]:
+        """Those that move."""
+        return self.tracked.moving
 
     @classmethod
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
@@ -73,13 +84,13 @@ class Surroundings:
                 config.max_curvature,
             )
         obstacles = tuple(first_seen(k, each, 0.0) for k, each in enumerate(corridor.obstacles))
-        return cls(corridor=corridor, known=corridor, obstacles=obstacles)
+        return cls(corridor=corridor, known=corridor, tracked=Tracked(obstacles))
 
     @classmethod
     def in_area(cls, area: Area) -> Surroundings:
         """In an area, with no obstacles given yet."""
         corridor = Corridor.in_area(area)
-        return cls(corridor=corridor, known=corridor, obstacles=())
+        return cls(corridor=corridor, known=corridor, tracked=Tracked(()))
 
     def without_path(self, area: Area) -> Surroundings:
         """The same obstacles in an area, in place of a corridor along a path."""
@@ -92,27 +103,30 @@ class Surroundings:
         return replace(self._in(area), replaced=True, changes=self.changes + 1)
 
     def _in(self, area: Area) -> Surroundings:
-        return self._on(Corridor.in_area(area).with_obstacles([each.outline for each in self.standing]))
+        return self._on(Corridor.in_area(area).with_shapes([each.checked for each in self.standing]))
 
     def _on(self, corridor: Corridor) -> Surroundings:
         """In a corridor with the static obstacles."""
         known = corridor
         if self.moving:
-            known = corridor.with_obstacles([each.outline for each in self.obstacles])
+            known = corridor.with_shapes([each.checked for each in self.obstacles])
         return replace(self, corridor=corridor, known=known)
 
     def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
         """With the obstacles given at `now` [s]. Raises CorridorError for one that is no simple polygon."""
         obstacles = observed(self.obstacles, outlines, now, self.given_at)
         if obstacles is self.obstacles:
-            return replace(self, given_at=now, unreadable="")
-        stand = [each.outline for each in obstacles if not each.moves]
-        changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
-        corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
-        after = replace(
-            self, obstacles=obstacles, given_at=now, changes=self.changes + changed, unreadable=""
-        )
+            return self.given_again(now)
+        tracked = Tracked(obstacles)
+        stand = [each.checked for each in tracked.standing]
+        changed = {id(each) for each in stand} != {id(each.checked) for each in self.standing}
+        corridor = self.corridor.with_shapes(stand) if changed else self.corridor
+        after = replace(self, tracked=tracked, given_at=now, changes=self.changes + changed, unreadable="")
         return after._on(corridor)
+
+    def given_again(self, now: float) -> Surroundings:
+        """With the same obstacles, given at `now` [s] as well."""
+        return replace(self, given_at=now, unreadable="")
 
 
 def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area:
@@ -159,7 +173,7 @@ class TrackedObstacle:
 
     Attributes:
         index: in the list that was told last.
-        outline: (m, 2) as it was given when it was last seen to have moved [m]; shape: the same.
+        outline: (m, 2) as it was given when it was last seen to have moved [m]; checked: the same.
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
         velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
@@ -168,7 +182,7 @@ class TrackedObstacle:
 
     index: int
     outline: Array
-    shape: Shape
+    checked: CheckedShape
     seen: tuple[tuple[float, float, float], ...]
     velocity: Array
     moves: bool = False
@@ -199,18 +213,25 @@ class TrackedObstacle:
 
     def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
         """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
-        place = new.seen[-1][1:]
+        before = self._seen_before(now, last)
+        if not before:
+            return new
+        if not new.stated:
+            new = self._moved(replace(new, seen=(*before, *new.seen)))
+        kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
+        return replace(new, outline=self.outline, checked=self.checked) if kept else new
+
+    def seen_again(self, index: int, now: float, last: float) -> TrackedObstacle:
+        """This obstacle, a settled one, given once more as it is."""
+        seen = (*self._seen_before(now, last), (now, *self.seen[-1][1:]))
+        return replace(self, index=index, seen=seen)
+
+    def _seen_before(self, now: float, last: float) -> list[tuple[float, float, float]]:
+        """Of the moments that are known: the newest that is old enough, and all since."""
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
         known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
-        if not known:
-            return new
-        # The newest of those that are old enough, and all since.
         old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
-        seen = (*known[old:], (now, *place))
-        if not new.stated:
-            new = self._moved(replace(new, seen=seen))
-        kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
-        return replace(new, outline=self.outline, shape=self.shape) if kept else new
+        return known[old:]
 
     def _moved(self, new: TrackedObstacle) -> TrackedObstacle:
         """Whether and how fast this obstacle moves, by where it was seen until now."""
@@ -226,21 +247,59 @@ class TrackedObstacle:
         return replace(new, velocity=velocity, moves=True, still_since=since_when)
 
     @property
-    def hull(self) -> Array:
-        """The corners (m, 2) of its convex hull, counter-clockwise [m]."""
-        hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
-        return np.ascontiguousarray(corners_of(hull))
+    def shape(self) -> Shape:
+        """The same as a point, a line or a polygon [m]."""
+        return self.checked.shape
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """The obstacles of a cycle. What follows from all of them is found once, when it is first needed."""
+
+    obstacles: tuple[TrackedObstacle, ...]
+
+    @cached_property
+    def standing(self) -> tuple[TrackedObstacle, ...]:
+        """Those that stand."""
+        return tuple([each for each in self.obstacles if not each.moves])
+
+    @cached_property
+    def moving(self) -> tuple[TrackedObstacle, ...]:
+        """Those that move."""
+        return tuple([each for each in self.obstacles if each.moves])
+
+    @cached_property
+    def _settled(self) -> bool:
+        return all(each.settled for each in self.obstacles)
+
+    @cached_property
+    def _corners(self) -> tuple[Array, list[int]]:
+        """Corners (k, 2) of all outlines, one after the other [m], and how many each has."""
+        outlines = [np.empty((0, 2)), *(each.outline for each in self.obstacles)]
+        return np.concatenate(outlines), list(map(len, outlines[1:]))
+
+    def are_given_again(self, given: Sequence[Any]) -> bool:
+        """Whether these are bare outlines, the same as those of all obstacles, which are settled."""
+        if not self._settled or len(given) != len(self.obstacles) or Obstacle in map(type, given):
+            return False
+        corners, counts = self._corners
+        try:
+            return list(map(len, given)) == counts and np.array_equal(np.concatenate(given), corners)
+        except (TypeError, ValueError):
+            return False
 
 
 def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
     """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
     corners = np.array(given, dtype=np.float64)
     corners.setflags(write=False)
-    shape = checked_shape(corners, f"obstacles[{index}]")
-    middle = shape.centroid
+    checked = CheckedShape(checked_shape(corners, f"obstacles[{index}]"))
+    middle = checked.shape.centroid
     name = given.name if isinstance(given, Obstacle) else ""
     seen, stands = ((now, middle.x, middle.y),), np.zeros(2)
-    found = TrackedObstacle(index=index, outline=corners, shape=shape, seen=seen, velocity=stands, name=name)
+    found = TrackedObstacle(
+        index=index, outline=corners, checked=checked, seen=seen, velocity=stands, name=name
+    )
     if not isinstance(given, Obstacle) or given.velocity is None:
         return found
     velocity, turn_rate = np.array(given.velocity), given.turn_rate
@@ -263,11 +322,14 @@ def observed(
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
-    left = [not (k < len(same) and same[k]) for k in range(len(known))]
+    left = np.array([not (k < len(same) and same[k]) for k in range(len(known))], dtype=bool)
     farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
     middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
     found = []
     for k, obstacle in enumerate(given):
+        if same[k] and obstacle.settled:
+            found.append(obstacle.seen_again(k, now, last))
+            continue
         place = k if same[k] else _match(obstacle, known, middles, np.flatnonzero(left), farthest)
         if place is None:
             found.append(obstacle)

@@ -17,7 +17,7 @@ from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.state import ControllerState, Task
 from rti_mpcc.types import Array, Obstacle, Trajectory
-from rti_mpcc.world.surroundings import Surroundings, TrackedObstacle, observed
+from rti_mpcc.world.surroundings import Surroundings, Tracked, TrackedObstacle, observed
 from rti_mpcc.world.world import VehicleEstimate
 from tests.rti_mpcc.encounters import square
 
@@ -153,7 +153,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> TrackedObstacle
 
 
 def way_to(walker: TrackedObstacle, plan: Trajectory) -> float:
-    area = replace(around(corridor(wall_at=None)), obstacles=(walker,))
+    area = replace(around(corridor(wall_at=None)), tracked=Tracked((walker,)))
     return collision_check.distance_to_moving(known(area), plan, CONFIG)
 
 
