@@ -300,6 +300,7 @@ for _fits, _to, _back in (
         lambda group: group.model_dump(mode="json"),
         lambda data, kind: kind(**data),
     ),
+    (lambda kind: kind is Step, _from_step, _to_step),
     (lambda kind: kind == Signal | None, lambda until: until is not None, _played_back),
     (
         lambda kind: kind is Area,
@@ -309,5 +310,3 @@ for _fits, _to, _back in (
 ):
     _converter.register_unstructure_hook_func(_fits, _to)
     _converter.register_structure_hook_func(_fits, _back)
-_converter.register_unstructure_hook_func(lambda kind: kind is Step, _from_step)
-_converter.register_structure_hook_func(lambda kind: kind is Step, _to_step)
