@@ -19,12 +19,11 @@ from typing import Any, Self
 import numpy as np
 
 from geometry import Area, ReferencePath
-from geometry.outline import corners_of, drawn_shape, shape_of
 from geometry.walls import PartLines
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import MissingExtraError
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.recording.moment import Moment, moment_of, wrapped
+from rti_mpcc.recording.moment import Moment, moment_of, widened, wrapped
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
 _log = logging.getLogger(__name__)
@@ -33,12 +32,7 @@ WORLD, VEHICLE = "world", "rear_axle"
 PLAN_STEP = 7
 """So many stages of a plan are one pose of /plan."""
 MOST_TIME = 2**63 - 1
-RED, BLUE, ORANGE, GREY = (
-    (0.84, 0.37, 0.0),
-    (0.0, 0.45, 0.7),
-    (0.9, 0.62, 0.0),
-    (0.55, 0.55, 0.55),
-)
+RED, BLUE, ORANGE, GREY = (0.84, 0.37, 0.0), (0.0, 0.45, 0.7), (0.9, 0.62, 0.0), (0.55, 0.55, 0.55)
 _ERRORS = (Status.FAILED, Status.STALLED, Status.GOAL_REJECTED, Status.GOAL_BEHIND)
 _WARNINGS = (Status.BLOCKED, Status.GOAL_LOST, Status.SEARCHING)
 _JSON_SCHEMA = b'{"type":"object"}'
@@ -151,18 +145,19 @@ class McapLog:
             self._send("/tf", transform, stamp)
             self._send("/body", self._corners(x, y, phi, config), stamp)
         plan = types.PosesInFrame(frame_id=WORLD)
-        _add_poses(plan.poses, states[::PLAN_STEP, :3].tolist())
+        for row in states[::PLAN_STEP, :3].tolist():
+            _place(plan.poses.add(), *row)
         self._send("/plan", plan, stamp)
         if command.goal is not None:
             goal = types.PoseInFrame(frame_id=WORLD)
             pose = command.goal.pose
-            goal.pose.position.x, goal.pose.position.y = pose.x, pose.y
-            _turn(goal.pose.orientation, pose.phi)
+            _place(goal.pose, pose.x, pose.y, pose.phi)
             self._send("/goal", goal, stamp)
         found = [each.pose for each in command.diagnostics.detections if each.pose is not None]
         if found:
             detections = types.PosesInFrame(frame_id=WORLD)
-            _add_poses(detections.poses, [(pose.x, pose.y, pose.phi) for pose in found])
+            for pose in found:
+                _place(detections.poses.add(), pose.x, pose.y, pose.phi)
             self._send("/detections", detections, stamp)
         self._scene(moment, config, stamp)
         self._say(moment, stamp)
@@ -202,7 +197,7 @@ class McapLog:
             # Obstacles make the tuple of a corridor's walls anew, not the walls.
             ("corridor", walls[0] if walls else None, GREY, lambda: _boundaries(walls)),
             ("route", route, ORANGE, lambda: _route(route)),
-            ("obstacles", moment.obstacles, RED, lambda: _outlines(moment.obstacles)),
+            ("obstacles", moment.obstacles, RED, lambda: _closed(widened(moment.obstacles))),
         ]
         for name, key, color, lines in parts:
             if self._shown.get(name) is key:
@@ -228,8 +223,7 @@ class McapLog:
             level = levels.WARNING
         elif command.status in _ERRORS:
             level = levels.ERROR
-        log = levels(level=level, message=text, name="rti_mpcc")
-        self._send("/log", log, stamp)
+        self._send("/log", levels(level=level, message=text, name="rti_mpcc"), stamp)
 
     def _diagnose(self, moment: Moment, stamp: int) -> None:
         command, state, told = moment.command, moment.state, moment.command.diagnostics
@@ -285,11 +279,9 @@ def _turn(quaternion: Any, heading: float) -> None:
     quaternion.z, quaternion.w = sin(0.5 * heading), cos(0.5 * heading)
 
 
-def _add_poses(poses: Any, rows: Iterable[tuple[float, float, float] | list[float]]) -> None:
-    for x, y, phi in rows:
-        pose = poses.add()
-        pose.position.x, pose.position.y = x, y
-        _turn(pose.orientation, phi)
+def _place(pose: Any, x: float, y: float, heading: float) -> None:
+    pose.position.x, pose.position.y = x, y
+    _turn(pose.orientation, heading)
 
 
 def _add_lines(
@@ -319,10 +311,6 @@ def _boundaries(walls: Iterable[PartLines]) -> list[Array]:
 
 def _route(route: ReferencePath | None) -> list[Array]:
     return [] if route is None else [np.stack([at.x, at.y], axis=-1) for at in route.sample(0.3)]
-
-
-def _outlines(obstacles: Iterable[Array]) -> list[Array]:
-    return _closed(each if len(each) > 2 else corners_of(drawn_shape(shape_of(each))) for each in obstacles)
 
 
 def _closed(rings: Iterable[Array]) -> list[Array]:

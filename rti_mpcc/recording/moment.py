@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from geometry import Corridor, ReferencePath
+from geometry.outline import corners_of, drawn_shape, shape_of
 from rti_mpcc.types import Array, Command, VehicleState
 from rti_mpcc.world.surroundings import TrackedObstacle
 
@@ -72,3 +74,8 @@ def moment_of(controller: object, state: VehicleState, command: Command, time: f
 def _motion(obstacle: TrackedObstacle) -> tuple[float, float, float, float, float]:
     middle = obstacle.shape.centroid
     return middle.x, middle.y, *obstacle.velocity.tolist(), obstacle.turn_rate
+
+
+def widened(outlines: Sequence[Array]) -> list[Array]:
+    """Polygons (k, 2) [m], with lines and points widened so that they are seen."""
+    return [each if len(each) > 2 else corners_of(drawn_shape(shape_of(each))) for each in outlines]

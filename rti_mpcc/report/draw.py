@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 from shapely.plotting import patch_from_polygon
 
 from geometry import Area, Corridor, Pose2, ReferencePath
-from geometry.outline import corners_of, drawn_shape, shape_of
+from geometry.outline import drawn_shape, shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.recording.moment import widened
 from rti_mpcc.types import Array, Status
 
 # Colours that stay apart for colour-blind readers (Okabe and Ito 2008):
@@ -142,11 +143,6 @@ def outlines(
     if outlines:
         line = {"facecolors": color, "edgecolors": BLACK, "label": label}
         axes.add_collection(PolyCollection(widened(outlines), **line | look))
-
-
-def widened(outlines: Sequence[Array]) -> list[Array]:
-    """Polygons (k, 2) [m], with lines and points widened so that they are seen."""
-    return [each if len(each) > 2 else corners_of(drawn_shape(shape_of(each))) for each in outlines]
 
 
 def bodies(

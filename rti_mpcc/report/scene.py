@@ -16,7 +16,7 @@ from PIL import Image
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import X, Y
-from rti_mpcc.recording.moment import Moment
+from rti_mpcc.recording.moment import Moment, widened
 from rti_mpcc.report import draw
 from rti_mpcc.report.overview import show_ride
 from rti_mpcc.report.ride import Ride
@@ -88,7 +88,7 @@ class Scene:
         if given is not None:  # on a planned route all its boundaries act
             active = (moment.command.diagnostics.part,) if planned is None else None
             self.walls.set_segments(draw.boundaries_of(given, active))
-        self.obstacles.set_verts(draw.widened(moment.obstacles))
+        self.obstacles.set_verts(widened(moment.obstacles))
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
         for shapes, poses in (
             (self.plan_bodies, states[places]),
