@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,13 +11,10 @@ from rti_mpcc.report.ride import Ride
 from rti_mpcc.types import Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Strip:
-    """One quantity at the times of `Ride.motion`, or at those of its moments.
+class Strip(NamedTuple):
+    """One quantity, values (n,) at the times of `Ride.motion` or of its moments.
 
-    Attributes:
-        label: with the unit; values: (n,) there.
-        comfort, limit: largest absolute values, or None.
+    `label`: with the unit; `comfort`, `limit`: largest absolute values, or None.
     """
 
     label: str
@@ -27,29 +24,15 @@ class Strip:
 
 
 def motion_strips(ride: Ride) -> list[Strip]:
-    """Speed, steering, acceleration, lateral acceleration, steering rate, progress."""
+    """The strips at the times of `Ride.motion`."""
     motion, comfort, limits = ride.motion, ride.config.comfort, ride.config.limits
     return [
-        Strip(label="speed [m/s]", values=motion.v, limit=limits.speed),
-        Strip(label="steering [rad]", values=motion.delta, limit=limits.steering),
-        Strip(
-            label="acceleration [m/s²]",
-            values=motion.acceleration,
-            comfort=comfort.acceleration,
-            limit=limits.acceleration,
-        ),
-        Strip(
-            label="lateral acceleration [m/s²]",
-            values=motion.lateral_acceleration,
-            comfort=comfort.lateral_acceleration,
-        ),
-        Strip(
-            label="steering rate [rad/s]",
-            values=motion.steering_rate,
-            comfort=comfort.steering_rate,
-            limit=limits.steering_rate,
-        ),
-        Strip(label="progress [m]", values=motion.theta),
+        Strip("speed [m/s]", motion.v, limit=limits.speed),
+        Strip("steering [rad]", motion.delta, limit=limits.steering),
+        Strip("acceleration [m/s²]", motion.acceleration, comfort.acceleration, limits.acceleration),
+        Strip("lateral acceleration [m/s²]", motion.lateral_acceleration, comfort.lateral_acceleration),
+        Strip("steering rate [rad/s]", motion.steering_rate, comfort.steering_rate, limits.steering_rate),
+        Strip("progress [m]", motion.theta),
     ]
 
 
@@ -59,7 +42,7 @@ def commanded_jerk(ride: Ride) -> Strip:
     commanded = np.array([moment.command.acceleration for moment in ride.moments])
     spans = np.diff(times, prepend=times[0] - ride.config.cycle)
     jerk = np.diff(commanded, prepend=0.0) / np.where(spans > 0.0, spans, np.nan)
-    return Strip(label="jerk, commanded [m/s³]", values=jerk, comfort=ride.config.comfort.jerk)
+    return Strip("jerk, commanded [m/s³]", jerk, ride.config.comfort.jerk)
 
 
 def clearance(ride: Ride) -> Strip:
@@ -69,10 +52,10 @@ def clearance(ride: Ride) -> Strip:
         if moment.corridor is not None and np.isfinite(moment.pose).all():
             part = moment.command.diagnostics.part
             values[k] = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle).min()
-    return Strip(label="clearance [m]", values=values, limit=ride.config.clearance.least)
+    return Strip("clearance [m]", values, limit=ride.config.clearance.least)
 
 
 def computing_time(ride: Ride) -> Strip:
     """Time that `step` took, a value a moment."""
     spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
-    return Strip(label="time a cycle [ms]", values=spent)
+    return Strip("time a cycle [ms]", spent)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from estimation import GoalStatus, stds_in
 from rti_mpcc.mission.state import StepRecord
@@ -20,9 +20,8 @@ from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.strips import Strip, motion_strips
 from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.types import Array, MissionResult
+from rti_mpcc.types import Array, MissionResult, Status
 
-T = TypeVar("T")
 FARTHEST = (1.0, 1.0, 30.0)
 """No row of the goal's errors reaches farther than this [m], [m], [deg]."""
 GOAL_ROWS = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")
@@ -33,10 +32,10 @@ _ROOM, _TOLERANCES = 1.1, 1.5
 """A row of errors reaches this much farther than its curves, and this multiple of the goal tolerance."""
 _UNKNOWN: Array = np.full((3, 3), np.nan)
 _SHADES = {
-    GoalStatus.SEARCHING: (draw.GREY, 0.3),
-    GoalStatus.TRACKING: (draw.SKY, 0.1),
-    GoalStatus.COASTING: (draw.ORANGE, 0.25),
-    GoalStatus.LOST: (draw.PINK, 0.35),
+    GoalStatus.SEARCHING: {"color": draw.GREY, "alpha": 0.3, "zorder": 0},
+    GoalStatus.TRACKING: {"color": draw.SKY, "alpha": 0.1, "zorder": 0},
+    GoalStatus.COASTING: {"color": draw.ORANGE, "alpha": 0.25, "zorder": 0},
+    GoalStatus.LOST: {"color": draw.PINK, "alpha": 0.35, "zorder": 0},
 }
 _BANDED = 3
 """Number of the first rows that show the steps of a mission."""
@@ -114,8 +113,7 @@ def _draw_statuses(band: Axes, ride: Ride) -> None:
     band.set_yticks([])
     band.set_ylabel("status", rotation=0, ha="right", va="center")
     statuses = [moment.command.status for moment in ride.moments]
-    for status, start, until in _spells(statuses, [moment.time for moment in ride.moments], ride.end):
-        band.axvspan(start, until, color=draw.STATUS_COLORS[status], linewidth=0.0, label=status.value)
+    _draw_spells(band, ride, statuses, {one: {"color": color} for one, color in draw.STATUS_COLORS.items()})
     if statuses:
         look = {"fontsize": "small", **draw.BESIDE, "ncols": 2}
         band.legend(*draw.entries_once([band]), **look)
@@ -232,7 +230,7 @@ def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     largest = np.max(np.abs(np.nan_to_num(shown)), axis=0)
     reach = np.minimum(_ROOM * np.maximum(largest, _TOLERANCES * tolerance), FARTHEST)
     for column, axes in enumerate(rows):
-        _draw_status(axes, times, ride.end, [None if one is None else one.status for one in found])
+        _draw_spells(axes, ride, [None if one is None else one.status for one in found], _SHADES)
         low, high = estimate[:, column] - half[:, column], estimate[:, column] + half[:, column]
         band: dict[str, Any] = {"color": draw.BLUE, "alpha": 0.4, "linewidth": 0.0}
         axes.fill_between(times, low, high, label=f"± {_SIGMAS:g} sigma", **band)
@@ -273,19 +271,18 @@ def _draw_detections(
                 axes.scatter(stamps[own], places[own], s=14.0, color=color, marker=symbol, label=label)
 
 
-def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
-    for status, start, until in _spells(statuses, np.asarray(times).tolist(), end):
-        if status is not None:
-            color, alpha = _SHADES[status]
-            look: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0.0, "zorder": 0}
-            axes.axvspan(start, until, label=status.value, **look)
-
-
-def _spells(values: Sequence[T], times: Sequence[float], end: float) -> Iterator[tuple[T, float, float]]:
-    """Each value that stays, from when and until when [s]."""
+def _draw_spells(
+    axes: Axes,
+    ride: Ride,
+    values: Sequence[Status | GoalStatus | None],
+    looks: Mapping[Any, Mapping[str, Any]],
+) -> None:
+    """A band for each time over which a value of the cycles stays; None has none."""
     starts = [k for k, value in enumerate(values) if k == 0 or value is not values[k - 1]]
-    for (start, until), k in zip(pairwise([*(times[k] for k in starts), end]), starts, strict=True):
-        yield values[k], start, until
+    times = [*(ride.moments[k].time for k in starts), ride.end]
+    for k, (start, until) in zip(starts, pairwise(times), strict=True):
+        if (value := values[k]) is not None:
+            axes.axvspan(start, until, label=value.value, linewidth=0.0, **looks[value])
 
 
 def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None:
