@@ -7,13 +7,13 @@ choose the cycle. Numbers are rounded to what can be seen: a minute of driving t
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import shapely
 
-from geometry import Area, Pose2, ReferencePath
+from geometry import Area, Pose2
 from rti_mpcc.model.footprint import PIECES, body_of, body_polygons
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.recording.moment import Moment
@@ -40,18 +40,21 @@ def ride_page(ride: Ride, summary: dict[str, Any]) -> str:
 
 
 class _Table:
-    """Values that are kept once, and the place of each."""
+    """The places of things whose entries, made by `make`, are kept once; `key` tells one from another."""
 
-    def __init__(self) -> None:
+    def __init__(self, make: Callable[[Any], Any], key: Callable[[Any], Any]) -> None:
         self.values: list[Any] = []
+        self._make, self._key = make, key
         self._places: dict[Any, int] = {}
 
-    def place(self, key: Any, value: Any) -> int:
-        """The place of a value; `key` tells it from others."""
-        if key not in self._places:
-            self._places[key] = len(self.values)
-            self.values.append(value)
-        return self._places[key]
+    def place(self, thing: Any) -> int | None:
+        """Index in `values`; None for None."""
+        if thing is None:
+            return None
+        place = self._places.setdefault(self._key(thing), len(self.values))
+        if place == len(self.values):
+            self.values.append(self._make(thing))
+        return place
 
 
 def _about(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -69,37 +72,34 @@ def _about(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _data(ride: Ride) -> dict[str, Any]:
     origin = np.round(ride.moments[0].pose[:2]) if np.isfinite(ride.moments[0].pose).all() else np.zeros(2)
-    texts, outlines, routes, goals = _Table(), _Table(), _Table(), _Table()
+    texts, goals = _Table(str, str), _Table(lambda pose: _pose(pose, origin), lambda pose: pose)
+    outlines = _Table(lambda outline: _points(outline, origin), id)
+    routes = _Table(lambda route: [_line(line, origin) for line in draw.path_lines(route)], id)
     rows: list[dict[str, Any]] = []
     for moment in ride.moments:
         command, told = moment.command, moment.command.diagnostics
-        setpoint = None if command.goal is None else command.goal.pose
+        goal = moment.goal
+        true_goal = Pose2(*goal.tolist()) if goal is not None and np.isfinite(goal).all() else None
+        moving = [_rounded([x - origin[0], y - origin[1], *rest], 2) for x, y, *rest in moment.moving]
         rows.append(
             {
-                "status": texts.place(command.status.value, command.status.value),
-                "source": texts.place(command.source.value, command.source.value),
-                "reason": texts.place(told.reason, told.reason),
-                "route": None
-                if moment.route is None
-                else routes.place(id(moment.route), _route(moment.route, origin)),
-                "target": goals.place(told.target, _pose(told.target, origin)),
-                "setpoint": None if setpoint is None else goals.place(setpoint, _pose(setpoint, origin)),
-                "goal": None
-                if moment.goal is None
-                else goals.place(
-                    moment.goal.tobytes(), _rounded([*(moment.goal[:2] - origin), moment.goal[2]], 4)
-                ),
+                "status": texts.place(command.status.value),
+                "source": texts.place(command.source.value),
+                "reason": texts.place(told.reason),
+                "route": routes.place(moment.route),
+                "target": goals.place(told.target),
+                "setpoint": goals.place(command.goal and command.goal.pose),
+                "goal": goals.place(true_goal),
                 "ellipse": _ellipse(moment, origin),
-                "obstacles": [outlines.place(id(each), _points(each, origin)) for each in moment.obstacles],
-                "moving": [
-                    _rounded([x - origin[0], y - origin[1], *rest], 2) for x, y, *rest in moment.moving
-                ],
+                "obstacles": [outlines.place(each) for each in moment.obstacles],
+                "moving": moving,
                 "plan": _plan(moment),
                 "planes": _half_planes(moment, ride),
             }
         )
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     times = [moment.time for moment in ride.moments]
+    walls = [] if ride.corridor is None else draw.boundaries_of(ride.corridor)
     poses = np.array([moment.pose for moment in ride.moments])
     return {
         "t": _rounded(times, 3),
@@ -116,9 +116,7 @@ def _data(ride: Ride) -> dict[str, Any]:
         "body": _rounded(body_polygons(np.zeros((1, 3)), ride.config.vehicle)[0].ravel(), 3),
         "wheelbase": ride.config.vehicle.wheelbase,
         "area": _rings(ride.area, origin),
-        "walls": []
-        if ride.corridor is None
-        else [_line(each, origin) for each in draw.boundaries_of(ride.corridor)],
+        "walls": [_line(each, origin) for each in walls],
         "docked_object": None if ride.docked_object is None else _points(ride.docked_object, origin),
         "detections": [
             [*_rounded([each.stamp, *_pose(each.pose, origin)], 3), each.accepted]
@@ -182,10 +180,6 @@ def _rings(area: Area | None, origin: Array) -> dict[str, Any] | None:
         return None
     boundary = None if area.boundary is None else _points(area.boundary, origin)
     return {"boundary": boundary, "obstacles": [_points(each, origin) for each in area.obstacles]}
-
-
-def _route(route: ReferencePath, origin: Array) -> list[list[float | None]]:
-    return [_line(line, origin) for line in draw.path_lines(route)]
 
 
 def _line(line: Array, origin: Array) -> list[float | None]:
