@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from math import cos, sin
+from math import cos, hypot, sin
 from typing import TypeAlias
 
 import numpy as np
@@ -99,6 +99,12 @@ class CheckedShape:
     def pieces(self) -> list[Array]:
         """Return its `convex_pieces`."""
         return convex_pieces(self.shape)
+
+    @cached_property
+    def circle(self) -> tuple[float, float, float]:
+        """Return a circle around all of it: x, y and radius [m]."""
+        left, low, right, high = self.shape.bounds
+        return 0.5 * (left + right), 0.5 * (low + high), 0.5 * hypot(right - left, high - low)
 
     @cached_property
     def hull(self) -> Array:

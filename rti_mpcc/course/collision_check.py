@@ -16,7 +16,7 @@ by its radius times the angle, and at most by twice its radius.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, cos, inf, sin
+from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -145,14 +145,26 @@ def distance_to_moving(
     elapsed = ahead + s.vehicle.dead_time + (times - plan.times[0])
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
+    x, y, around = _circle_around(states, body)
     for obstacle in s.area.moving:
-        turning = obstacle.turning
-        apart = np.minimum(turning * elapsed, 2.0 * obstacle.radius) + config.clearance.least
-        ahead_apart = apart + (obstacle.speed + turning) * stop
+        speed, turning, swings = obstacle.speed, obstacle.turning, 2.0 * obstacle.radius
+        middle_x, middle_y, radius = obstacle.checked.circle
+        covers = radius + swings + speed * float(elapsed.max()) + (speed + turning) * float(stop.max())
+        if hypot(middle_x - x, middle_y - y) > around + covers + config.clearance.least:
+            continue  # out of reach
+        apart = np.minimum(turning * elapsed, swings) + config.clearance.least
+        ahead_apart = apart + (speed + turning) * stop
         _may_collide(
             body, states, obstacle.checked.hull, obstacle.velocity, elapsed, apart, ahead_apart, near
         )
     return float(marks[np.argmax(near)]) if near.any() else inf
+
+
+def _circle_around(states: Array, body: Array) -> tuple[float, float, float]:
+    """A circle around all bodies with corners `body` (m, 2) at `states` (n, 6): x, y and radius [m]."""
+    places = states[:, [X, Y]]
+    x, y = places.mean(axis=0).tolist()
+    return x, y, float(np.hypot(*(places - (x, y)).T).max() + np.hypot(*body.T).max())
 
 
 @kernel
