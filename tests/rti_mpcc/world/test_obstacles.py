@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rti_mpcc import InputError, Obstacle
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc import DockingController, InputError, Obstacle, VehicleState
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array
 from rti_mpcc.world.surroundings import TrackedObstacle, observed
@@ -16,6 +17,7 @@ from tests.rti_mpcc.encounters import square
 
 CYCLE = 0.05
 CONFIG = ControllerConfig()
+AT_START = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
 
 
 def watched(
@@ -54,6 +56,25 @@ def test_they_are_told_apart_in_whatever_order_they_come() -> None:
     assert found[1].velocity == pytest.approx([1.0, 0.0])
     assert found[2].velocity == pytest.approx([0.0, -2.0])
     assert sorted(each.index for each in found) == [0, 1, 2]
+
+
+# -- obstacles given to a controller again -------------------------------------------------------------------
+
+
+def test_an_outline_that_is_changed_in_place_is_another_one() -> None:
+    bend = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (1, 0.1, 10.0)])
+    controller = DockingController(bend, Corridor.from_offsets(bend, left=5.0, right=-5.0), CONFIG)
+    outlines = [square(30.0, 30.0, 0.6), square(40.0, 30.0, 0.6)]
+    for now in (0.0, CYCLE):
+        controller.step(AT_START, now=now, obstacles=outlines)
+    before = controller.corridor
+    controller.step(AT_START, now=2 * CYCLE, obstacles=[outline.tolist() for outline in outlines])
+    assert controller.corridor is before  # the same ones, as lists
+    outlines[1] += 20.0
+    controller.step(AT_START, now=3 * CYCLE, obstacles=outlines)
+    np.testing.assert_array_equal(controller.corridor.obstacles[1], outlines[1])
+    controller.step(AT_START, now=4 * CYCLE, obstacles=outlines[:1])
+    assert len(controller.corridor.obstacles) == 1
 
 
 # -- obstacles that say how they move ------------------------------------------------------------------------
