@@ -145,12 +145,6 @@ class Corridor(Validated, error=CorridorError):
         """
         return replace(self, obstacles=_arrays(obstacles))
 
-    def with_shapes(self, shapes: Sequence[CheckedShape]) -> Corridor:
-        """Return the same boundaries with other obstacles, which are checked already."""
-        other = copy(self)
-        other._keep_out_of(shapes)
-        return other
-
     @property
     def sides(self) -> int:
         """So many sides `contacts` tells of."""
@@ -278,6 +272,13 @@ def _crosses(walls: PartLines, part: PathPart) -> bool:
         return False
     lines = [line for line in walls.both if len(line) > 1]
     return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
+
+
+def with_shapes(corridor: Corridor, shapes: Sequence[CheckedShape]) -> Corridor:
+    """Return the same boundaries with other obstacles, which are checked already."""
+    other = copy(corridor)
+    other._keep_out_of(shapes)
+    return other
 
 
 def _check_offsets(where: str, left: float, right: float) -> None:

@@ -21,6 +21,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorError, ReferencePath
+from geometry.corridor import with_shapes
 from geometry.corridor_area import area_of
 from geometry.outline import CheckedShape, Shape, checked_shape
 from rti_mpcc.config import ControllerConfig
@@ -103,13 +104,13 @@ class Surroundings:
         return replace(self._in(area), replaced=True, changes=self.changes + 1)
 
     def _in(self, area: Area) -> Surroundings:
-        return self._on(Corridor.in_area(area).with_shapes([each.checked for each in self.standing]))
+        return self._on(with_shapes(Corridor.in_area(area), [each.checked for each in self.standing]))
 
     def _on(self, corridor: Corridor) -> Surroundings:
         """In a corridor with the static obstacles."""
         known = corridor
         if self.moving:
-            known = corridor.with_shapes([each.checked for each in self.obstacles])
+            known = with_shapes(corridor, [each.checked for each in self.obstacles])
         return replace(self, corridor=corridor, known=known)
 
     def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
@@ -120,7 +121,7 @@ class Surroundings:
         tracked = Tracked(obstacles)
         stand = [each.checked for each in tracked.standing]
         changed = {id(each) for each in stand} != {id(each.checked) for each in self.standing}
-        corridor = self.corridor.with_shapes(stand) if changed else self.corridor
+        corridor = with_shapes(self.corridor, stand) if changed else self.corridor
         after = replace(self, tracked=tracked, given_at=now, changes=self.changes + changed, unreadable="")
         return after._on(corridor)
 
