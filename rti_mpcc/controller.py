@@ -15,7 +15,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V
+from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -356,7 +356,9 @@ class RtiMpcc:
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
-            times = stretched_times(times, linear.lengths, float(change[pattern.time_column[0]]), controls)
+            later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
+            controls[:, THETA_DOT] *= np.diff(times) / np.diff(later)
+            times = later
         slack = np.maximum(change[pattern.slack_columns], 0.0)
         read_only(states, controls, times)
         return Solution(

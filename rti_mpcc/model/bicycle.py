@@ -105,15 +105,9 @@ class Extremes(NamedTuple):
     steering_rate: float
 
 
-def extremes(times: Array, states: Array, controls: Array, wheelbase: float, span: float) -> Extremes:
-    """Of a plan of N stages; the errors add up over those that begin within `span` [s], one at least."""
-    return Extremes(*_extremes(times, states, controls, wheelbase, span))
-
-
 @kernel
-def _extremes(
-    times: Array1, states: Array2, controls: Array2, wheelbase: float, span: float
-) -> tuple[float, float, float, float, float, float, float, float]:
+def extremes(times: Array1, states: Array2, controls: Array2, wheelbase: float, span: float) -> Extremes:
+    """Of a plan of N stages; the errors add up over those that begin within `span` [s], one at least."""
     reached, drift, turn, position, heading = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
     speed, angle, a, rate = abs(states[0, V]), abs(states[0, DELTA]), 0.0, 0.0
     for k in range(len(controls)):
@@ -126,7 +120,7 @@ def _extremes(
         position, heading = max(position, off), max(heading, turned)
         speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
         a, rate = max(a, abs(controls[k, A])), max(rate, abs(controls[k, DELTA_DOT]))
-    return drift, turn, position, heading, speed, angle, a, rate
+    return Extremes(drift, turn, position, heading, speed, angle, a, rate)
 
 
 _TIMES = (0.0, 0.5, 1.0)
@@ -140,7 +134,8 @@ _TURNED_FOR = (0.0, 0.5, 0.5, 1.0)
 rate at which the heading has been turning, and for how long it has."""
 
 
-def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> ModelStep:
+@kernel
+def linearised_step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> ModelStep:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
 
     With g_j = h/6 (1, 2, 2, 1) of (M3),
@@ -153,15 +148,7 @@ def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: f
     Args:
         states: (>= n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
     """
-    step = ModelStep(np.empty((len(lengths), STATES)), np.zeros((len(lengths), POSE, 5)))
-    _linearise(states, controls, lengths, wheelbase, step)
-    return step
-
-
-@kernel
-def _linearise(states: Array2, controls: Array2, lengths: Array1, wheelbase: float, step: ModelStep) -> None:
-    """Equations (M2) to (M4)."""
-    reached, pose_by = step.state, step.pose_by
+    reached, pose_by = np.empty((len(lengths), STATES)), np.zeros((len(lengths), POSE, 5))
     w, w_by_v, w_by_delta = np.empty(3), np.empty(3), np.empty(3)
     for k in range(len(lengths)):
         h, phi, v_0, a = lengths[k], states[k, PHI], states[k, V], controls[k, A]
@@ -204,6 +191,7 @@ def _linearise(states: Array2, controls: Array2, lengths: Array1, wheelbase: flo
         reached[k, V] = v_0 + h * a
         reached[k, DELTA] = states[k, DELTA] + h * controls[k, DELTA_DOT]
         reached[k, THETA] = states[k, THETA] + h * controls[k, THETA_DOT]
+    return ModelStep(reached, pose_by)
 
 
 @inner

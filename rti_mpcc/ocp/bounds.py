@@ -95,11 +95,9 @@ def stage_bounds(
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
     planned = faster**2 * config.planned_acceleration
-    stages = len(theta) - 1
-    bounds = StageBounds(np.empty((stages, 2, 3)), np.empty((stages, 2, 3)), np.zeros(stages))
-    _stage_bounds(
+    bounds = _stage_bounds(
         direction,
-        np.full(stages, limits.speed) if most is None else np.minimum(limits.speed, most),
+        np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
         limits.speed if turns else 0.0,
         disturbance.acting_steering(-most_steering),
         disturbance.acting_steering(most_steering),
@@ -107,8 +105,6 @@ def stage_bounds(
         max(d - gain * limits.acceleration, -planned),
         min(d + gain * limits.acceleration, planned),
         limits.steering_rate * disturbance.rate_share,
-        bounds.states,
-        bounds.controls,
     )
     if change is not None:
         jerk = faster**3 * config.comfort.jerk
@@ -144,10 +140,9 @@ def _stage_bounds(
     braking: float,
     acceleration: float,
     steering_rate: float,
-    states: Out3,
-    controls: Out3,
-) -> None:
+) -> StageBounds:
     """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
+    states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
     for k in range(len(most)):
         speed = most[k]
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
@@ -156,6 +151,7 @@ def _stage_bounds(
         controls[k, 0, 0], controls[k, 1, 0] = braking, acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
+    return StageBounds(states, controls, np.zeros(len(most)))
 
 
 @kernel

@@ -99,7 +99,8 @@ def _corridor_rows(
     return acting
 
 
-def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
+@kernel
+def free_response(states: Array2, lengths: Array1, wheelbase: float) -> Out3:
     """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
     (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
@@ -112,18 +113,11 @@ def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
     Args:
         states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m].
     """
-    stages = max(int(np.count_nonzero(lengths.cumsum() < MARGIN_TIME)), 1)
+    stages = max(int((np.cumsum(lengths) < MARGIN_TIME).sum()), 1)
     by = np.zeros((stages, POSE, MEASURED))
-    _respond(states, lengths, wheelbase, by)
-    return by
-
-
-@kernel
-def _respond(states: Array2, lengths: Array1, wheelbase: float, by: Out3) -> None:
-    """Equation (H5)."""
     per_way = (1.0 + tan(states[0, DELTA]) ** 2) / wheelbase
     elapsed, travelled = 0.0, 0.0
-    for k in range(len(by)):
+    for k in range(stages):
         elapsed += lengths[k]
         travelled += lengths[k] * states[k, V]
         c, s = cos(states[k + 1, PHI]), sin(states[k + 1, PHI])
@@ -133,6 +127,7 @@ def _respond(states: Array2, lengths: Array1, wheelbase: float, by: Out3) -> Non
         by[k, X, V], by[k, Y, V] = elapsed * c, elapsed * s
         by[k, X, PHI], by[k, Y, PHI] = -travelled * s, travelled * c
         by[k, X, DELTA], by[k, Y, DELTA], by[k, PHI, DELTA] = -aside * s, aside * c, turn
+    return by
 
 
 @kernel

@@ -25,8 +25,8 @@ import numpy as np
 from geometry.compiled import Array1, Array2, Out1, Out2, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import pose_rate
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.objectives import ComfortWeights, StageWeights
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.stage_cost import excess_cost
 from rti_mpcc.types import Array
 
@@ -70,9 +70,13 @@ def end_time(
     Args:
         reached: (N, 6) ends of the stages; lengths: (N,) [s]; latest: that the plan may take [s].
     """
-    on_controls = weights.acceleration, weights.steering_rate, weights.comfort
-    stretches, total = np.zeros((len(lengths), 5)), float(lengths.sum())
-    effort = _stretched(states, controls, reached, lengths, *on_controls, comfort, wheelbase, stretches)
+    beyond, total = weights.comfort, float(lengths.sum())
+    on_controls = weights.acceleration, weights.steering_rate
+    on_excess = beyond.acceleration, beyond.steering_rate, beyond.lateral_acceleration
+    most = comfort.acceleration, comfort.steering_rate, comfort.lateral_acceleration
+    stretches, effort = _stretched(
+        states, controls, reached, lengths, *on_controls, *on_excess, *most, wheelbase
+    )
     rest = total - float(lengths[0])
     least = min(max(-LARGEST_CHANGE * total, LEAST_TIME - total), 0.0)
     longest = min(LARGEST_CHANGE * total, max(latest - total, least))
@@ -82,11 +86,12 @@ def end_time(
 @kernel
 def _stretched(
     states: Array2, controls: Array2, reached: Array2, lengths: Array1,
-    on_acceleration: Array1, on_steering_rate: Array1, beyond: ComfortWeights, comfort: Comfort,
-    wheelbase: float, stretches: Out2,
-) -> float:  # fmt: skip
+    on_acceleration: Array1, on_steering_rate: Array1,
+    beyond_acceleration: Array1, beyond_steering_rate: Array1, beyond_lateral: Array1,
+    most_acceleration: float, most_steering_rate: float, most_lateral: float, wheelbase: float,
+) -> tuple[Out2, float]:  # fmt: skip
     """F_T, and the sum of h_k E_k over all stages but the first."""
-    effort, rest = 0.0, np.sum(lengths[1:])
+    stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, np.sum(lengths[1:])
     for k in range(1, len(lengths)):
         a, rate, v = controls[k, A], controls[k, DELTA_DOT], states[k, V]
         dx, dy, turn = pose_rate(reached[k], wheelbase)
@@ -94,26 +99,17 @@ def _stretched(
         stretches[k, X], stretches[k, Y], stretches[k, PHI] = share * dx, share * dy, share * turn
         stretches[k, V], stretches[k, DELTA] = share * a, share * rate
         effort += on_acceleration[k] * a * a + on_steering_rate[k] * rate * rate
-        effort += excess_cost(a, beyond.acceleration[k], comfort.acceleration)
-        effort += excess_cost(rate, beyond.steering_rate[k], comfort.steering_rate)
-        lateral = v * v * tan(states[k, DELTA]) / wheelbase
-        effort += excess_cost(lateral, beyond.lateral_acceleration[k], comfort.lateral_acceleration)
-    return effort
-
-
-def stretched_times(times: Array, lengths: Array, change: float, controls: Array) -> Array:
-    """The stages' ends `times` (N+1,) [s] with T changed by so much [s]; the progress of `controls` (N, 3)
-    keeps to its stages."""
-    later = np.empty(len(times))
-    _stretch(times, lengths, change, controls, later)
-    return later
+        effort += excess_cost(a, beyond_acceleration[k], most_acceleration)
+        effort += excess_cost(rate, beyond_steering_rate[k], most_steering_rate)
+        effort += excess_cost(v * v * tan(states[k, DELTA]) / wheelbase, beyond_lateral[k], most_lateral)
+    return stretches, effort
 
 
 @kernel
-def _stretch(times: Array1, lengths: Array1, change: float, controls: Out2, later: Out1) -> None:
-    factor = 1.0 + change / np.sum(lengths[1:])
-    later[0], later[1] = times[0], times[0] + lengths[0]
+def stretched_times(begin: float, lengths: Array1, change: float) -> Out1:
+    """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
+    times, factor = np.empty(len(lengths) + 1), 1.0 + change / np.sum(lengths[1:])
+    times[0], times[1] = begin, begin + lengths[0]
     for k in range(1, len(lengths)):
-        later[k + 1] = later[k] + factor * lengths[k]
-    for k in range(len(lengths)):
-        controls[k, THETA_DOT] *= (times[k + 1] - times[k]) / (later[k + 1] - later[k])
+        times[k + 1] = times[k] + factor * lengths[k]
+    return times

@@ -43,15 +43,11 @@ class LocalFrame(NamedTuple):
 
     def states_in(self, states: Array) -> Array:
         """World states (n, >= 3) in this frame."""
-        turned = np.empty(states.shape)
-        _poses_in(states, *self, turned)
-        return turned
+        return _poses_in(states, *self)
 
     def states_out(self, states: Array) -> Array:
         """Local states (n, >= 3) in the world."""
-        turned = np.empty(states.shape)
-        _poses_out(states, *self, turned)
-        return turned
+        return _poses_out(states, *self)
 
     def pose_in(self, pose: Pose2) -> Array:
         """A pose (3,) in this frame, heading not wrapped."""
@@ -65,25 +61,27 @@ class LocalFrame(NamedTuple):
 
 
 @kernel
-def _poses_in(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
-    c, s = cos(phi), sin(phi)
+def _poses_in(poses: Array2, x: float, y: float, phi: float) -> Out2:
+    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X] - x, poses[k, Y] - y
         turned[k, X] = c * dx + s * dy
         turned[k, Y] = c * dy - s * dx
         turned[k, PHI] = poses[k, PHI] - phi
         turned[k, POSE:] = poses[k, POSE:]
+    return turned
 
 
 @kernel
-def _poses_out(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
-    c, s = cos(phi), sin(phi)
+def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
+    turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X], poses[k, Y]
         turned[k, X] = x + (c * dx - s * dy)
         turned[k, Y] = y + (s * dx + c * dy)
         turned[k, PHI] = poses[k, PHI] + phi
         turned[k, POSE:] = poses[k, POSE:]
+    return turned
 
 
 class FrenetErrors(NamedTuple):
@@ -96,17 +94,15 @@ class FrenetErrors(NamedTuple):
 def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
     """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
     x, y, phi = (np.ascontiguousarray(each) for each in (reference.x, reference.y, reference.phi))
-    errors = FrenetErrors(np.empty((len(states), 3)), np.zeros((len(states), 3, STATES)))
-    _frenet_errors(states, x, y, phi, reference.slope, float(direction), errors)
-    return errors
+    return _frenet_errors(states, x, y, phi, reference.slope, float(direction))
 
 
 @kernel
 def _frenet_errors(
-    states: Array2, x: Array1, y: Array1, phi: Array1, turning: Array1, direction: float, errors: FrenetErrors
-) -> None:
+    states: Array2, x: Array1, y: Array1, phi: Array1, turning: Array1, direction: float
+) -> FrenetErrors:
     """Equations (F1), (F2), `turning` being phi_r'."""
-    values, slopes = errors.values, errors.slopes
+    values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
     for k in range(len(states)):
         c, s = cos(phi[k]), sin(phi[k])
         dx, dy = states[k, X] - x[k], states[k, Y] - y[k]
@@ -120,3 +116,4 @@ def _frenet_errors(
         slopes[k, LAG, THETA] = -direction + values[k, CONTOURING] * turning[k]
         slopes[k, CONTOURING, THETA] = -values[k, LAG] * turning[k]
         slopes[k, HEADING, THETA] = -turning[k]
+    return FrenetErrors(values, slopes)

@@ -22,19 +22,13 @@ MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-def stage_lengths(duration: float, first: float, stages: int) -> Array:
+@kernel
+def stage_lengths(duration: float, first: float, stages: int) -> Out1:
     """Lengths (stages,) [s] of (G1) that sum up to `duration` [s], the first of them `first` [s].
 
     A duration shorter than three first stages is stretched to that.
     """
-    lengths = np.empty(stages)
-    _fill_lengths(duration, first, lengths)
-    return lengths
-
-
-@kernel
-def _fill_lengths(duration: float, first: float, lengths: Out1) -> None:
-    count, total = len(lengths) - 1, 0.0
+    lengths, count, total = np.empty(stages), stages - 1, 0.0
     rest = max(duration, 3.0 * first) - first
     # A growth too small to be told from rounding is none.
     growth = _growth(rest / FINE_STAGE, count) if rest > FINE_STAGE * count * (1.0 + 1e-6) else 0.0
@@ -44,6 +38,7 @@ def _fill_lengths(duration: float, first: float, lengths: Out1) -> None:
         total += lengths[k + 1]
     for k in range(count):
         lengths[k + 1] *= rest / total
+    return lengths
 
 
 @inner
@@ -63,34 +58,25 @@ def _growth(total: float, count: int) -> float:
     return g
 
 
-def stage_times(begin: float, lengths: Array) -> Array:
+@kernel
+def stage_times(begin: float, lengths: Array1) -> Out1:
     """Times (N+1,) [s] of the stages' ends, from `begin` [s] on."""
-    times = np.empty(len(lengths) + 1)
-    _fill_times(begin, lengths, times)
+    times, elapsed = np.empty(len(lengths) + 1), 0.0
+    times[0] = begin
+    for k in range(len(lengths)):
+        elapsed += lengths[k]
+        times[k + 1] = elapsed + begin
     return times
 
 
 @kernel
-def _fill_times(begin: float, lengths: Array1, times: Out1) -> None:
-    times[0], elapsed = begin, 0.0
-    for k in range(len(lengths)):
-        elapsed += lengths[k]
-        times[k + 1] = elapsed + begin
-
-
-def distances(states: Array) -> Array:
+def distances(states: Array2) -> Out1:
     """Distance (n,) [m] that states (n, 6) have driven by each of them, 0 by the first."""
-    driven = np.empty(len(states))
-    _fill_distances(states, driven)
-    return driven
-
-
-@kernel
-def _fill_distances(states: Array2, driven: Out1) -> None:
-    driven[0] = total = 0.0
-    for k in range(len(driven) - 1):
+    driven, total = np.zeros(len(states)), 0.0
+    for k in range(len(states) - 1):
         total += hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
         driven[k + 1] = total
+    return driven
 
 
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
@@ -100,9 +86,7 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     the cubic that has the rates of both ends. Behind the plan's end it keeps its last speed and
     heading; before its begin it is held.
     """
-    found = np.empty((len(times), STATES))
-    _states_at(plan.times, plan.states, plan.controls, times, wheelbase, found)
-    return found
+    return _states_at(plan.times, plan.states, plan.controls, times, wheelbase)
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
@@ -111,8 +95,7 @@ def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
     Controls are means over each stage: they keep the integrals, so that speed, steering and progress agree
     with `states_at`. Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
     """
-    states, controls = np.empty((len(times), STATES)), np.empty((len(times) - 1, CONTROLS))
-    _resample(plan.times, plan.states, plan.controls, times, wheelbase, states, controls)
+    states, controls = _resample(plan.times, plan.states, plan.controls, times, wheelbase)
     return Trajectory(times=times, states=states, controls=controls)
 
 
@@ -167,18 +150,20 @@ def _fill_controls(own: Array, controls: Array, times: Array, mean: Array) -> No
 
 
 @kernel
-def _states_at(
-    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float, found: Out2
-) -> None:
+def _states_at(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
+    found = np.empty((len(times), STATES))
     _fill_states(own, states, controls, times, wheelbase, found)
+    return found
 
 
 @kernel
 def _resample(
-    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float, found: Out2, mean: Out2
-) -> None:
+    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float
+) -> tuple[Out2, Out2]:
+    found, mean = np.empty((len(times), STATES)), np.empty((len(times) - 1, CONTROLS))
     _fill_states(own, states, controls, times, wheelbase, found)
     _fill_controls(own, controls, times, mean)
+    return found, mean
 
 
 def read_only(*arrays: Array) -> None:

@@ -12,7 +12,7 @@ from math import cos, hypot, radians, sin, sqrt, tan
 import numpy as np
 
 from geometry import Corridor
-from geometry.compiled import Array2, Array4, Index1, IndexOut1, Out4, kernel
+from geometry.compiled import Array2, Array4, Index1, Out1, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
@@ -42,27 +42,24 @@ def stage_contacts(
     """
     within = margin + NEAR
     found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=OUTWARD)
-    stages = np.empty(len(found.values), dtype=np.int64)
-    stages = stages[: _corners_passed(found.values, plan.states, margin, stages)]
+    stages = np.flatnonzero(_passes_corner(found.values, plan.states, margin))
     if not len(stages):
         return found
     begins, ends = plan.times[stages, None], plan.times[stages + 1, None]
     between = states_at(plan, (begins + (ends - begins) * _SHARES).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=OUTWARD)
-    values = found.values.copy()
-    _take_nearer(values, plan.states, more.values, between, stages, wheelbase)
-    return Contacts(values=values)
+    return Contacts(values=_nearer(found.values, plan.states, more.values, between, stages, wheelbase))
 
 
 @kernel
-def _corners_passed(contacts: Array4, states: Array2, margin: float, stages: IndexOut1) -> int:
-    """Set `stages` (N,) to those in which a normal turns, and the margin may be missed; return how many. The
-    first one does not count."""
-    count, alike = 0, cos(CORNER)
+def _passes_corner(contacts: Array4, states: Array2, margin: float) -> Out1:
+    """Whether, 1 or 0, a normal turns over each interval (N,), and the margin may be missed; the first one
+    does not count."""
+    passes, alike = np.zeros(len(contacts)), cos(CORNER)
     for k in range(1, len(contacts)):
         way = hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
         turned = states[k + 1, PHI] - states[k, PHI]
-        c, s, passes = cos(turned), sin(turned), False
+        c, s = cos(turned), sin(turned)
         for piece in range(contacts.shape[1]):
             for side in range(contacts.shape[2]):
                 begin, end = contacts[k - 1, piece, side], contacts[k, piece, side]
@@ -72,19 +69,16 @@ def _corners_passed(contacts: Array4, states: Array2, margin: float, stages: Ind
                 along = c * end[ALONG] - s * end[ACROSS]
                 across = s * end[ALONG] + c * end[ACROSS]
                 if least < margin and begin[ALONG] * along + begin[ACROSS] * across < alike:
-                    passes = True
-        if passes:
-            stages[count] = k
-            count += 1
-    return count
+                    passes[k] = 1.0
+    return passes
 
 
 @kernel
-def _take_nearer(
-    values: Out4, states: Array2, more: Array4, between: Array2, stages: Index1, wheelbase: float
-) -> None:
+def _nearer(
+    contacts: Array4, states: Array2, more: Array4, between: Array2, stages: Index1, wheelbase: float
+) -> Out4:
     """Of each interval the nearest contact, as seen from the body at its end."""
-    each = len(between) // len(stages)
+    values, each = contacts.copy(), len(between) // len(stages)
     for i in range(len(between)):
         k = stages[i // each]
         turned = between[i, PHI] - states[k + 1, PHI]
@@ -110,3 +104,4 @@ def _take_nearer(
                 found[ACROSS] = s * normal_x + c * normal_y
                 found[AT_X] = c * nearer[AT_X] - s * nearer[AT_Y]
                 found[AT_Y] = s * nearer[AT_X] + c * nearer[AT_Y]
+    return values

@@ -20,7 +20,7 @@ from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights, StageWeights
+from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
 from rti_mpcc.types import Array
 
 COMFORT_EASE = 0.05
@@ -101,16 +101,18 @@ def quadratic_cost(
     if errors is not None:
         on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
         _add_errors(*errors, on_errors, hessian, gradient)
-    _add_lateral_excess(states, weights.comfort, comfort, wheelbase, hessian, gradient)
+    beyond = weights.comfort
+    _add_lateral_excess(
+        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
+    )
     if terms is not None:
         terms(hessian, gradient)
     clip = GOAL_CLIP if weights.goal_clipped else (np.inf, np.inf)
     at_end = weights.goal_speed, weights.goal_wheels, wheels
     _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
     on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
-    control_hessian, control_gradient = np.empty(controls.shape), np.empty(controls.shape)
-    _control_cost(controls, *on_controls, weights.comfort, comfort, control_hessian, control_gradient)
-    return QuadraticCost(hessian, gradient, control_hessian, control_gradient)
+    on_excess = beyond.acceleration, comfort.acceleration, beyond.steering_rate, comfort.steering_rate
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, *on_excess))
 
 
 @inner
@@ -158,10 +160,9 @@ def excess_cost(value: float, weight: float, most: float) -> float:
 
 @kernel
 def _add_lateral_excess(
-    states: Array2, beyond: ComfortWeights, comfort: Comfort, wheelbase: float, hessian: Out3, gradient: Out2
+    states: Array2, weights: Array1, most: float, wheelbase: float, hessian: Out3, gradient: Out2
 ) -> None:
     """The lateral acceleration beyond comfort, (C4)."""
-    weights, most = beyond.lateral_acceleration, comfort.lateral_acceleration
     slopes = np.zeros(STATES)
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
@@ -179,12 +180,13 @@ def _control_cost(
     steering_rate: Array1,
     virtual_speed: Array1,
     progress_reward: Array1,
-    beyond: ComfortWeights,
-    comfort: Comfort,
-    hessian: Out2,
-    gradient: Out2,
-) -> None:
+    on_acceleration: Array1,
+    most_acceleration: float,
+    on_steering_rate: Array1,
+    most_steering_rate: float,
+) -> tuple[Out2, Out2]:
     """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
+    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         hessian[k, A] = 2.0 * acceleration[k]
         hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
@@ -193,12 +195,13 @@ def _control_cost(
             gradient[k, j] = hessian[k, j] * controls[k, j]
         gradient[k, THETA_DOT] -= progress_reward[k]
         for j, on_excess, most in (
-            (A, beyond.acceleration[k], comfort.acceleration),
-            (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),
+            (A, on_acceleration[k], most_acceleration),
+            (DELTA_DOT, on_steering_rate[k], most_steering_rate),
         ):
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
             gradient[k, j] += 2.0 * weight * excess * slope
             hessian[k, j] += 2.0 * weight * slope**2
+    return hessian, gradient
 
 
 @kernel
