@@ -146,10 +146,11 @@ def distance_to_moving(
     stop = s.vehicle.braking_delay + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     x, y, around = _circle_around(states, body)
+    latest, longest = float(elapsed[-1]), float(stop.max())
     for obstacle in s.area.moving:
         speed, turning, swings = obstacle.speed, obstacle.turning, 2.0 * obstacle.radius
         middle_x, middle_y, radius = obstacle.checked.circle
-        covers = radius + swings + speed * float(elapsed.max()) + (speed + turning) * float(stop.max())
+        covers = radius + swings + speed * latest + (speed + turning) * longest
         if hypot(middle_x - x, middle_y - y) > around + covers + config.clearance.least:
             continue  # out of reach
         apart = np.minimum(turning * elapsed, swings) + config.clearance.least

@@ -45,6 +45,8 @@ def goal_in(
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
+    if fit is known.fit and given_fit is known.given_fit and (came, refusal) == (known.given, known.refusal):
+        return known, taken
     return replace(known, given=came, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
@@ -73,14 +75,9 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     if obstacles is None:
         return known
     try:
-        given = list(obstacles)
-    except TypeError:
-        problem = f"obstacles: expected a sequence, got {type(obstacles).__name__}"
-        return replace(known, unreadable=problem)
-    if known.tracked.are_given_again(given):
-        return known.given_again(now)
-    try:
-        outlines, problem = _outlines(given)
+        if known.tracked.are_given_again(obstacles):
+            return known.given_again(now)
+        outlines, problem = _outlines(obstacles)
         if not problem:
             return known.updated(outlines, now)
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
@@ -88,9 +85,13 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     return replace(known, unreadable=problem)
 
 
-def _outlines(given: list[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
     """The obstacles, bare ones as arrays, none farther than `FARTHEST`, and why they are unusable, or ""."""
     outlines: list[Array | Obstacle] = []
+    try:
+        given = list(obstacles)
+    except TypeError:
+        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
             corners = np.asarray(outline, dtype=np.float64)

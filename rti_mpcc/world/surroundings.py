@@ -274,20 +274,25 @@ class Tracked:
         return all(each.settled for each in self.obstacles)
 
     @cached_property
-    def _corners(self) -> tuple[Array, list[int]]:
-        """Corners (k, 2) of all outlines, one after the other [m], and how many each has."""
-        outlines = [np.empty((0, 2)), *(each.outline for each in self.obstacles)]
-        return np.concatenate(outlines), list(map(len, outlines[1:]))
+    def _joined(self) -> tuple[Array, list[int]]:
+        return _join([each.outline for each in self.obstacles])
 
-    def are_given_again(self, given: Sequence[Any]) -> bool:
+    def are_given_again(self, given: Any) -> bool:
         """Whether these are bare outlines, the same as those of all obstacles, which are settled."""
-        if not self._settled or len(given) != len(self.obstacles) or Obstacle in map(type, given):
+        if not (self._settled and isinstance(given, list | tuple | np.ndarray)):
             return False
-        corners, counts = self._corners
         try:
-            return list(map(len, given)) == counts and np.array_equal(np.concatenate(given), corners)
-        except (TypeError, ValueError):
+            (corners, counts), known = _join(given), self._joined
+        except (TypeError, ValueError):  # not bare ones, or not readable
             return False
+        return counts == known[1] and np.array_equal(corners, known[0])
+
+
+def _join(outlines: Sequence[ArrayLike]) -> tuple[Array, list[int]]:
+    """Corners (k, 2) of outlines, one after the other [m], and how many each has. Raises TypeError for an
+    `Obstacle`, which says more than where it is, and ValueError for what is no outline."""
+    counts: list[int] = list(map(len, outlines))  # type: ignore[arg-type]
+    return np.concatenate([np.empty((0, 2)), *outlines]), counts
 
 
 def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
