@@ -18,6 +18,7 @@ from geometry.errors import CorridorError, InputError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
 from geometry.sampling import number_steps, steps
+from geometry.shape_grid import locked
 from geometry.validation import to_rows
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
@@ -91,8 +92,7 @@ class CheckedShape:
     @cached_property
     def corners(self) -> Array:
         """Return its corners (m, 2), counter-clockwise [m]; read-only."""
-        corners = corners_of(self.shape)
-        corners.setflags(write=False)
+        corners: Array = locked(corners_of(self.shape))
         return corners
 
     @cached_property

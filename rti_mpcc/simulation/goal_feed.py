@@ -7,11 +7,11 @@ camera, its noise, dropouts and outliers do not.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import cos, hypot, pi, sin
+from typing import Protocol
 
 import numpy as np
 
@@ -57,13 +57,18 @@ def source_in(scenario: str, source: GoalSource, *, detector: bool) -> GoalSourc
     return GoalSource.KNOWN
 
 
-@dataclass(kw_only=True)
-class Detector(ABC):
-    """A detector of the goal in the loop; `section`: its rate, delay and ranges."""
+class Detector(Protocol):
+    """A detector of the goal in the loop.
 
-    section: MeasurementSection
+    Attributes:
+        rate: number of exposures a second [Hz]; delay: time from an exposure to its detection's arrival [s].
+    """
 
-    @abstractmethod
+    @property
+    def rate(self) -> float: ...  # noqa: D102
+    @property
+    def delay(self) -> float: ...  # noqa: D102
+
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
         """The detection of `goal` from `vehicle` (both true poses) at `stamp` [s], or None.
 
@@ -72,7 +77,24 @@ class Detector(ABC):
 
 
 @dataclass(kw_only=True)
-class SimulatedDetector(Detector):
+class TimedDetector:
+    """A `Detector` with the rate and the delay of a [goal.measurement]."""
+
+    section: MeasurementSection
+
+    @property
+    def rate(self) -> float:
+        """See `Detector`."""
+        return self.section.rate
+
+    @property
+    def delay(self) -> float:
+        """See `Detector`."""
+        return self.section.delay
+
+
+@dataclass(kw_only=True)
+class SimulatedDetector(TimedDetector):
     """Detections in the vehicle's frame by the laws of [goal.measurement].
 
     Each exposure draws the same number of random values: two runs with one seed have the same noise.
@@ -100,7 +122,7 @@ class SimulatedDetector(Detector):
 
 
 @dataclass(kw_only=True)
-class CameraDetector(Detector):
+class CameraDetector(TimedDetector):
     """The goal by camera: a picture at each exposure, and the detection in it. See `Detector`."""
 
     pictures: BoardCamera  # by the true camera, with the true board and light
@@ -186,7 +208,7 @@ class GoalFeed:
         """Time [s] of the next exposure, if that is not after `until`."""
         if self.detector is None:
             return None
-        at = round(self.exposures / self.detector.section.rate, 9)
+        at = round(self.exposures / self.detector.rate, 9)
         return at if at <= until + SAME_TIME else None
 
     def expose(self, stamp: float, vehicle: Pose2, *, last_part: bool) -> None:
@@ -195,7 +217,7 @@ class GoalFeed:
         self.exposures += 1
         measurement = self.detector.expose(stamp, vehicle, self.goal, last_part=last_part)
         if measurement is not None:
-            self.under_way.append((stamp + self.detector.section.delay, measurement))
+            self.under_way.append((stamp + self.detector.delay, measurement))
 
     def given(self, now: float, state: VehicleState) -> tuple[Pose2 | None, tuple[GoalMeasurement, ...]]:
         """Goal (None: the one given before) and detections for the step at `now` [s], with the vehicle

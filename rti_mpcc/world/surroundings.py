@@ -288,11 +288,10 @@ class Tracked:
         return counts == known[1] and np.array_equal(corners, known[0])
 
 
-def _join(outlines: Sequence[ArrayLike]) -> tuple[Array, list[int]]:
+def _join(outlines: Any) -> tuple[Array, list[int]]:
     """Corners (k, 2) of outlines, one after the other [m], and how many each has. Raises TypeError for an
     `Obstacle`, which says more than where it is, and ValueError for what is no outline."""
-    counts: list[int] = list(map(len, outlines))  # type: ignore[arg-type]
-    return np.concatenate([np.empty((0, 2)), *outlines]), counts
+    return np.concatenate([np.empty((0, 2)), *outlines]), list(map(len, outlines))
 
 
 def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:

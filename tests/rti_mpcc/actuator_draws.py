@@ -12,8 +12,9 @@ from benchmarks.foreign import Car, Interface, Ride, drive
 from benchmarks.foreign_sensors import Faulty, healthy
 from geometry import Pose2
 from geometry.outline import drawn_shape, shape_of
-from rti_mpcc import ActuatorModel, ControllerConfig, DockingController
+from rti_mpcc import ActuatorModel, ControllerConfig
 from rti_mpcc.simulation import Scenario, load_scenario
+from rti_mpcc.simulation.controllers import controller_of
 
 SCENES = ("docking_behind", "docking_inside", "bay_perpendicular")
 LONGEST_LAG, LONGEST_DEAD_TIME = 0.5, 0.3  # [s]
@@ -77,14 +78,7 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
     """A ride with default settings, or with `actuators` given."""
     scenario = load_scenario(case.scene)
     config = scenario.controller_config().changed(actuators=actuators or ActuatorModel(), **changes)
-    path = None if scenario.in_area else scenario.build_path()
-    goal = scenario.goal_pose()
-    if path is None:
-        controller = DockingController.in_area(scenario.build_area(), config)
-    else:
-        controller = DockingController(path, scenario.build_corridor(path), config)
-
-    limits = config.limits
+    goal, limits = scenario.goal_pose(), config.limits
     car = Car.of(
         config.vehicle,
         interface=case.interface,
@@ -95,9 +89,9 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
         **case.actuators,
     )
     done = drive(
-        controller.step,
+        controller_of(scenario, config).step,
         car,
-        scenario.start_pose() if path is None else path.start,
+        scenario.start_pose() if scenario.in_area else scenario.build_path().start,
         cycle=config.cycle,
         seconds=120.0,
         sensor=Faulty(healthy, noise=tuple((case.noise * NOISE).tolist())),

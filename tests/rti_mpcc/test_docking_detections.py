@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf, isfinite, nan
 from typing import Any
 
@@ -14,7 +14,6 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import (
-    Detector,
     RunResult,
     Scenario,
     changed,
@@ -23,7 +22,6 @@ from rti_mpcc.simulation import (
     simulate,
 )
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
-from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import docking_figures, short
 
@@ -31,11 +29,12 @@ Expose = Callable[[float, Pose2], GoalMeasurement | None]
 
 
 @dataclass(kw_only=True)
-class Scripted(Detector):
+class Scripted:
     """A detector by a function of the stamp and the goal as seen from the vehicle."""
 
-    section: MeasurementSection = field(default_factory=MeasurementSection)
     script: Expose
+    rate: float = 10.0
+    delay: float = 0.0
 
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
         return self.script(stamp, goal.relative_to(vehicle))
@@ -127,7 +126,7 @@ def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again
             stamp=stamp, x=seen.x, y=seen.y, phi=seen.phi, frame=Frame.VEHICLE, covariance=spread
         )
 
-    result = simulate(noisy(), detector=Scripted(script=gap, section=MeasurementSection(rate=2.0)))
+    result = simulate(noisy(), detector=Scripted(script=gap, rate=2.0))
     waits = np.flatnonzero(result.cycles.times < 25.0)[-1]
     assert result.cycles.status[waits] is Status.GOAL_LOST
     assert "goal not seen for" in result.cycles.reason[waits]
