@@ -1,8 +1,8 @@
 """Dead time and lag of an actuator from a whole drive, by nonlinear least squares.
 
-(A1) and (A2) of `estimation.actuators` with T and tau as real numbers. The drive is cut into windows: each
-has its own c0 and c1, as a slope does not last, all have the same c2. They follow from a linear least squares
-for each T and tau. `scipy.optimize.least_squares` finds T and tau, from the best point of a grid.
+(A1) and (A2) of `estimation.actuator_bank` with T and tau as real numbers. The drive is cut into windows:
+each has its own c0 and c1, as a slope does not last, all have the same c2. They follow from a linear least
+squares for each T and tau. `scipy.optimize.least_squares` finds T and tau, from the best point of a grid.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from estimation.actuators import Scale
+from estimation.actuator_bank import Scale
 from estimation.types import Array
 
 WINDOW = 6.0

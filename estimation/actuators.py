@@ -1,37 +1,24 @@
 """Dead time and lag of an actuator, from what was commanded and what is measured.
 
-A bank of models (dead time T, lag tau) is driven by the commands u: accelerations or steering rates, and the
-set-points of speed or steering that are sent with them, as nobody says which of the two the vehicle obeys.
-Each predicts how the measured quantity m, speed or steering, changes:
-
-(A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
-(A2)  m = c0 + c1 t + c B + (1 + c2) Y + noise,   least squares over the last seconds
-
-c0 is where it starts, c1 what else acts evenly, c2 what the actuator answers too strongly, and B the courses
-of what acts otherwise. On a drive these are a slope, by the heading phi, and a drag or a creep torque, by the
-speed: the integrals of cos(phi), sin(phi) and m. On a steering it is an even change, t² / 2. None of that is
-lag. The model of least residual explains the drive best. It replaces the present one only if the actuator is
-seen to answer, if the evidence against all models near the present one is strong, and if it explains what
+A bank of models (`estimation.actuator_bank`) is driven by the commands: accelerations or steering rates, and
+the set-points of speed or steering that are sent with them, as nobody says which of the two the vehicle
+obeys. The model of least residual explains the drive best. It replaces the present one only if the actuator
+is seen to answer, if the evidence against all models near the present one is strong, and if it explains what
 they leave: noise, a slope, a frozen sensor or a model that is right change nothing.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from dataclasses import dataclass, field, replace
-from itertools import chain
-from math import exp, floor, log, sqrt
-from operator import attrgetter
+from math import floor, log, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation.actuator_bank import AT, LAGS, VALUE, Scale, answers, residuals
 from estimation.types import Array
-from geometry.compiled import Array1, Array2, Out3, kernel
 
-LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
-"""Of the bank [s]; the first one stands for none."""
 STEP: Final = 0.05
 DEAD_TIMES: Final = STEP * np.arange(11)
 """Of the bank [s], from the shortest one on by which the present one is in it."""
@@ -49,9 +36,6 @@ RARELY = 4.0
 STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
 TOLD = 0.2  # corrections by less than this [s], after a first one, are not told
-GAIN_STD = 0.07  # prior of c2
-REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
-ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 SUSPICION = 3.0  # in place of `EVIDENCE`: what seems to act beside the commands may be lag
 REFINING = 8.0  # in place of `EVIDENCE`, for a model near the one that was corrected to
 NEAR = 0.055
@@ -69,24 +53,6 @@ EXPLAINS = 25.0
 lag is wrong, a slope that changes, say."""
 SURE = 1.5  # standard deviations by which a variance of noise may be larger than it is estimated
 LEAST_COUNT = 10  # of measurements that are compared
-_at = attrgetter("at")
-
-
-class Scale(NamedTuple):
-    """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
-
-    Standard deviations: `offset` of c0 [m/s], [rad] of set-points, `others` of c1 [m/s²], [rad/s] and of c.
-    `drives`: slope and drag act on it.
-    """
-
-    least: float
-    offset: float
-    others: tuple[float, ...]
-    drives: bool
-
-
-DRIVE: Final = Scale(0.002, 0.01, (0.15, 0.15, 0.15, 0.1), drives=True)
-STEERING: Final = Scale(0.001, 0.03, (0.02, 0.01), drives=False)
 
 
 class SentCommand(NamedTuple):
@@ -110,7 +76,7 @@ class ActuatorRecord:
     """Commands and measurements of the last seconds, and what the comparisons found.
 
     Attributes:
-        sent: commands, the last one under way; measured: measurements.
+        sent: (c, 3) `SentCommand`s, the last one under way; measured: (m, 3) `Measurement`s.
         first: (3, lags) at the first command, Y of (A1) of rates and of set-points, and w of the rates.
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
             one; agreed: number of comparisons that found it.
@@ -123,8 +89,8 @@ class ActuatorRecord:
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
-    sent: tuple[SentCommand, ...] = ()
-    measured: tuple[Measurement, ...] = ()
+    sent: Array = field(default_factory=lambda: np.empty((0, 3)))
+    measured: Array = field(default_factory=lambda: np.empty((0, 3)))
     first: Array = field(default_factory=lambda: np.zeros((3, len(LAGS))))
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
@@ -153,43 +119,22 @@ def with_cycle(
 ) -> ActuatorRecord:
     """With a command, and what was measured after it; `at_rest`: the vehicle stands."""
     sent, measured, first = record.sent, record.measured, record.first
-    if not sent:
+    if not len(sent):
         acting = np.array((0.0, command.setpoint, command.rate))
         first = np.repeat(acting[:, None], len(LAGS), axis=1)
-    elif command.at <= sent[-1].at:  # it takes the place of the last one at once
-        command, sent = command._replace(at=sent[-1].at), sent[:-1]
-    if not measured or measurement.at - measured[-1].at >= SPACING - 1e-9:
+    elif command.at <= sent[-1, AT]:  # it takes the place of the last one at once
+        command, sent = command._replace(at=float(sent[-1, AT])), sent[:-1]
+    if not len(measured) or measurement.at - measured[-1, AT] >= SPACING - 1e-9:
         since = measurement.at - (REST_MEMORY if at_rest else MEMORY)
-        measured = (*measured[bisect_left(measured, since, key=_at) :], measurement)
-    return replace(record, sent=(*sent, command), measured=measured, first=first)
+        measured = _longer(measured[measured[:, AT].searchsorted(since) :], measurement)
+    return replace(record, sent=_longer(sent, command), measured=measured, first=first)
 
 
-def _answers(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
-    """Times (c,) of the commands and `at` [s], and answers (c, 3, lags) to them then, as in `first`."""
-    sent = _rows((*record.sent, (at, 0.0, 0.0)))
-    answers = np.empty((len(sent), 3, len(LAGS)))
-    answers[0] = record.first
-    _answer(sent, answers)
-    return sent[:, 0].copy(), answers
-
-
-def _rows(of: tuple[tuple[float, float, float], ...]) -> Array:
-    """Rows (n, 3)."""
-    return np.fromiter(chain.from_iterable(of), np.float64, 3 * len(of)).reshape(-1, 3)
-
-
-@kernel
-def _answer(sent: Array2, answers: Out3) -> None:
-    """(A1) without dead time: `answers` (c, 3, lags) to the commands `sent` (c, 3), after the first."""
-    for c in range(1, len(sent)):
-        seconds, rate, setpoint = sent[c, 0] - sent[c - 1, 0], sent[c - 1, 1], sent[c - 1, 2]
-        for i in range(len(LAGS)):
-            lag = LAGS[i]
-            left = exp(-seconds / lag)
-            over = answers[c - 1, 2, i] - rate
-            answers[c, 0, i] = answers[c - 1, 0, i] + rate * seconds + over * lag * (1.0 - left)
-            answers[c, 1, i] = setpoint + (answers[c - 1, 1, i] - setpoint) * left
-            answers[c, 2, i] = rate + over * left
+def _longer(rows: Array, row: tuple[float, float, float]) -> Array:
+    """Rows (n + 1, 3)."""
+    longer = np.empty((len(rows) + 1, 3))
+    longer[:-1], longer[-1] = rows, row
+    return longer
 
 
 def compare_models(
@@ -202,33 +147,29 @@ def compare_models(
     early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
     if waited < RARELY * INTERVAL and not (early or record.found):
         return record, None
-    sent, answers = _answers(record, at)
-    gone = int(sent.searchsorted(sent[-2] - MEMORY - 1.0))
-    sent, answers = sent[gone:], answers[gone:]
-    record = replace(record, sent=record.sent[gone:], first=answers[0])
-    stamps, values, headings = _rows(record.measured).T.copy()
-    moved = max(float(np.ptp(values)), float(np.ptp(answers[:-1, :2, 0], axis=0).max()))
+    sent = _longer(record.sent, (at, 0.0, 0.0))
+    answered = answers(sent, record.first)
+    gone = int(sent[:, AT].searchsorted(sent[-2, AT] - MEMORY - 1.0))
+    stamps, answered = sent[gone:, AT].copy(), answered[gone:].copy()
+    record = replace(record, sent=record.sent[gone:], first=answered[0])
+    values = record.measured[:, VALUE]
+    moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
     noise, least = _noise(values), (0.3 * scale.least) ** 2
-    dead_times = _dead_times(present[0])
-    courses = _courses(stamps, values, headings, scale)
-    outputs = np.ascontiguousarray(answers[:, :2]).reshape(-1, 2 * len(LAGS))
-    residuals, unanswered = _residuals(
-        (sent, outputs), (stamps, values, courses), noise + least, scale, dead_times
-    )
-    fresh = len(stamps) * np.log((residuals + least) / (residuals.min() + least))
+    dead_times, count = _dead_times(present[0]), len(values)
+    left, alone = residuals(stamps, answered, record.measured, dead_times, noise + least, scale)
+    fresh = count * np.log((left + least) / (left.min() + least))
     against = record.evidence + fresh
     near = _near(present, dead_times)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
     evidence = float(against[kept] - against[best])
-    now, then = float(residuals[kept]), float(residuals[best])
+    now, then = float(left[kept]), float(left[best])
     model = float(dead_times[best[1]]), float(LAGS[best[2]])
-    sure = 1.0 + SURE * sqrt(2.0 / len(stamps))
-    answered = len(stamps) * log((unanswered[best[0]] + least) / (then + least)) > EVIDENCE
+    sure = 1.0 + SURE * sqrt(2.0 / count)
     explains = (
-        answered
+        count * log((alone[best[0]] + least) / (then + least)) > EVIDENCE
         and (now - then > (0.5 * scale.least) ** 2 or record.corrected is not None)
         and now - noise > EXPLAINS * max(then - sure * noise, 0.0)
         and best[1] < len(DEAD_TIMES) - 1
@@ -288,80 +229,11 @@ def _noise(measured: Array) -> float:
     return float(second @ second) / (6.0 * len(second))
 
 
-def _courses(stamps: Array, values: Array, headings: Array, scale: Scale) -> Array:
-    """(2 + len(c), m) courses of c0, c1 and c of (A2), without their means."""
-    t = stamps - stamps.mean()
-    if not scale.drives:
-        return np.stack((np.ones(len(t)), t, 0.5 * t**2))
-    acting = np.stack((np.cos(headings), np.sin(headings), values))
-    steps = 0.5 * (acting[:, 1:] + acting[:, :-1]) * np.diff(t)
-    integrals = np.concatenate((np.zeros((len(acting), 1)), steps.cumsum(axis=1)), axis=1)
-    return np.concatenate((np.ones((1, len(t))), t[None], integrals - integrals.mean(axis=1)[:, None]))
-
-
-def _residuals(
-    answers: tuple[Array, Array],
-    measured: tuple[Array, Array, Array],
-    variance: float,
-    scale: Scale,
-    dead_times: Array,
-) -> tuple[Array, Array]:
-    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
-    of what it leaves without Y, where nothing answers.
-
-    `answers`: times (c,) and Y (c, 2 lags) then; `measured`: stamps (m,), values (m,) and courses (k, m).
-    """
-    (sent, outputs), (stamps, m, courses) = answers, measured
-    count = len(courses)
-    products = np.zeros((len(dead_times), count + 2, 2 * len(LAGS)))
-    _multiply(sent, outputs, stamps, np.concatenate((courses, m[None])), dead_times, products)
-    # (2, lags, dead times, ...), as the priors are of rates and of set-points.
-    each = products.reshape(-1, count + 2, 2, len(LAGS)).transpose(2, 3, 0, 1)
-    along_y, ym, yy = each[..., :count], each[..., count], each[..., count + 1]
-    others = np.array(scale.others)
-    stds = np.array(((ANYWHERE * scale.offset, *others), (scale.offset, *(REJECTED * others))))
-    priors = variance * np.eye(count) * stds[:, None] ** -2.0
-    inverse = np.linalg.inv(courses @ courses.T + priors)[:, None]
-    # What the courses leave of the scalar products of m and y.
-    along_m = courses @ m
-    left_y = along_y @ inverse
-    mm = m @ m - (inverse @ along_m @ along_m)[..., None]
-    my = ym - left_y @ along_m
-    yy = yy - (left_y * along_y).sum(axis=3)
-    residuals = mm - 2.0 * my + yy - (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
-    return np.asarray((residuals / len(m)).swapaxes(1, 2)), mm[:, 0, 0] / len(m)
-
-
-@kernel
-def _multiply(
-    sent: Array1, outputs: Array2, stamps: Array1, others: Array2, dead_times: Array1, products: Out3
-) -> None:
-    """Scalar products (dead times, k + 1, models) of Y of (A2) with `others` (k, m), and with itself.
-
-    `outputs` (c, models) are those of the times `sent` (c,), with straight lines in between.
-    """
-    y = np.empty(outputs.shape[1])
-    for d in range(len(dead_times)):
-        after = 1
-        for k in range(len(stamps)):
-            due = stamps[k] - dead_times[d]
-            while after < len(sent) - 1 and sent[after] < due:
-                after += 1
-            share = min(max((due - sent[after - 1]) / (sent[after] - sent[after - 1]), 0.0), 1.0)
-            for i in range(len(y)):
-                y[i] = outputs[after - 1, i] + share * (outputs[after, i] - outputs[after - 1, i])
-            for row in range(len(others)):
-                for i in range(len(y)):
-                    products[d, row, i] += others[row, k] * y[i]
-            for i in range(len(y)):
-                products[d, len(others), i] += y[i] * y[i]
-
-
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:
     """Mean of w of a model of the bank from `begin` to `end` [s], of rates; None where it is not known."""
-    if not record.sent or not begin < end or begin - model[0] < record.sent[0].at:
+    if not len(record.sent) or not begin < end or begin - model[0] < record.sent[0, AT]:
         return None
-    sent, answers = _answers(record, end)
-    gained = answers[:, 0, int(np.argmin(np.abs(LAGS - model[1])))]
-    from_to = np.interp((begin - model[0], end - model[0]), sent, gained)
+    sent = _longer(record.sent, (end, 0.0, 0.0))
+    gained = answers(sent, record.first)[:, 0, int(np.argmin(np.abs(LAGS - model[1])))]
+    from_to = np.interp((begin - model[0], end - model[0]), sent[:, AT], gained)
     return float(from_to[1] - from_to[0]) / (end - begin)

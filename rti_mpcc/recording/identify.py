@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from estimation.actuator_bank import DRIVE, STEERING
 from estimation.actuator_fit import ActuatorFit, Drive, fitted
-from estimation.actuators import DRIVE, STEERING
 from rti_mpcc.config import ActuatorModel
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording.contents import Recording

@@ -5,9 +5,8 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 
+from estimation.actuator_bank import DRIVE, STEERING
 from estimation.actuators import (
-    DRIVE,
-    STEERING,
     ActuatorRecord,
     Measurement,
     SentCommand,
