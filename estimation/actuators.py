@@ -9,7 +9,6 @@ they leave: noise, a slope, a frozen sensor or a model that is right change noth
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from math import floor, log, sqrt
 from typing import Final, NamedTuple
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from estimation.actuator_bank import AT, LAGS, VALUE, Scale, answers, residuals
 from estimation.types import Array
+from geometry.shape_grid import locked
 
 STEP: Final = 0.05
 DEAD_TIMES: Final = STEP * np.arange(11)
@@ -55,6 +55,10 @@ SURE = 1.5  # standard deviations by which a variance of noise may be larger tha
 LEAST_COUNT = 10  # of measurements that are compared
 
 
+_NO_ROWS: Final = locked(np.empty((0, 3)))
+_NO_EVIDENCE: Final = locked(np.zeros((2, len(DEAD_TIMES), len(LAGS))))
+
+
 class SentCommand(NamedTuple):
     """A command sent at a time [s]: a rate [m/s²] or [rad/s], and a set-point [m/s] or [rad]."""
 
@@ -71,8 +75,7 @@ class Measurement(NamedTuple):
     heading: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ActuatorRecord:
+class ActuatorRecord(NamedTuple):
     """Commands and measurements of the last seconds, and what the comparisons found.
 
     Attributes:
@@ -89,15 +92,15 @@ class ActuatorRecord:
         uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
-    sent: Array = field(default_factory=lambda: np.empty((0, 3)))
-    measured: Array = field(default_factory=lambda: np.empty((0, 3)))
-    first: Array = field(default_factory=lambda: np.zeros((3, len(LAGS))))
+    sent: Array = _NO_ROWS
+    measured: Array = _NO_ROWS
+    first: Array = locked(np.zeros((3, len(LAGS))))
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
     suspected: tuple[float, float] | None = None
-    evidence: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
-    fresh: Array = field(default_factory=lambda: np.zeros((2, len(DEAD_TIMES), len(LAGS))))
+    evidence: Array = _NO_EVIDENCE
+    fresh: Array = _NO_EVIDENCE
     gathered_at: float | None = None
     obeys_setpoints: bool = False
     corrected: tuple[float, float] | None = None
@@ -127,7 +130,7 @@ def with_cycle(
     if not len(measured) or measurement.at - measured[-1, AT] >= SPACING - 1e-9:
         since = measurement.at - (REST_MEMORY if at_rest else MEMORY)
         measured = _longer(measured[measured[:, AT].searchsorted(since) :], measurement)
-    return replace(record, sent=_longer(sent, command), measured=measured, first=first)
+    return record._replace(sent=_longer(sent, command), measured=measured, first=first)
 
 
 def _longer(rows: Array, row: tuple[float, float, float]) -> Array:
@@ -151,7 +154,7 @@ def compare_models(
     answered = answers(sent, record.first)
     gone = int(sent[:, AT].searchsorted(sent[-2, AT] - MEMORY - 1.0))
     stamps, answered = sent[gone:, AT].copy(), answered[gone:].copy()
-    record = replace(record, sent=record.sent[gone:], first=answered[0])
+    record = record._replace(sent=record.sent[gone:], first=answered[0])
     values = record.measured[:, VALUE]
     moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
@@ -183,8 +186,7 @@ def compare_models(
     total = dead_times[:, None] + LAGS
     later = float(total[(against - against[best]).min(axis=0) < EVIDENCE].max()) - sum(changed or present)
     record = _gathered(record, fresh, at)
-    record = replace(
-        record,
+    record = record._replace(
         compared_at=at,
         found=model if better else None,
         agreed=agreed,
@@ -204,10 +206,10 @@ def _is_news(model: tuple[float, float], told: tuple[float, float] | None) -> bo
 def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:
     """With the evidence of one more `GATHERING` once it is over: what is still compared counts once."""
     if record.gathered_at is None:
-        return replace(record, gathered_at=at)
+        return record._replace(gathered_at=at)
     if at - record.gathered_at < GATHERING:
         return record
-    return replace(record, evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
+    return record._replace(evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
 def _dead_times(present: float) -> Array:

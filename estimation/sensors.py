@@ -9,7 +9,6 @@ sensor agree that the steering stays aside of all that was commanded lately, the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from math import cos, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
@@ -94,8 +93,7 @@ class LeftOut(NamedTuple):
         return LeftOut("" if proven else self.problem, agreed, self.times)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensors:
+class Sensors(NamedTuple):
     """What is known of the sensors.
 
     Attributes:
@@ -112,8 +110,8 @@ class Sensors:
     """
 
     track: Array | None = None
-    speed: LeftOut = field(default_factory=LeftOut)
-    steering: LeftOut = field(default_factory=LeftOut)
+    speed: LeftOut = LeftOut()
+    steering: LeftOut = LeftOut()
     pose: str = ""
     elsewhere: bool = False
     late: float = 0.0
@@ -161,11 +159,11 @@ class Sensors:
 
     def restarted(self, at: float, measured: Array, believed: Array) -> Sensors:
         """After a pose that jumped: the odometers start again, what was found of the sensors stays."""
-        return replace(self, track=track_from(at, measured, believed), leap=0.0)
+        return self._replace(track=track_from(at, measured, believed), leap=0.0)
 
     def trusted(self, at: float, measured: Array, believed: Array) -> Sensors:
         """The pose and the steering are tried once more."""
-        return replace(self.restarted(at, measured, believed), pose="", unsteered="", moved=0.0)
+        return self.restarted(at, measured, believed)._replace(pose="", unsteered="", moved=0.0)
 
 
 def compare_sensors(
@@ -178,7 +176,7 @@ def compare_sensors(
     track = moved_on(track, at, measured, commanded, noise, body.wheelbase)
     leapt = 0.0 if known.pose else leap(track, noise.speed)
     if len(track) < _FIRST_READINGS:
-        return replace(known, track=track, leap=leapt)
+        return known._replace(track=track, leap=leapt)
     now = latest(track)
     pose, speed = sqrt(now[POSE_ROUGHNESS]), sqrt(now[SPEED_ROUGHNESS])
     noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
@@ -190,17 +188,17 @@ def compare_sensors(
     if not (known.pose or agree):
         known = _speed_or_pose(known, track, gaps, noise, distance)
     elif not known.pose and known.speed.problem:
-        known = replace(known, speed=known.speed.judged("", distance))
+        known = known._replace(speed=known.speed.judged("", distance))
     elif not known.pose:
         track = agreeing(track)
     if not known.pose:
         known = _reference_point(known, track, noise, body)
     if known.pose:
-        known = replace(known, speed=known.speed.judged(_unfollowed(track), 0.0))
+        known = known._replace(speed=known.speed.judged(_unfollowed(track), 0.0))
     else:
         known = _steering(known, track, commanded.steering, noise, distance, body)
     moved = known.moved if known.pose or known.unsteered else known.moved + distance
-    return replace(known, track=track, leap=leapt, consistent=agree, moved=moved)
+    return known._replace(track=track, leap=leapt, consistent=agree, moved=moved)
 
 
 # -- speed and pose -----------------------------------------------------------------------------------------
@@ -251,16 +249,16 @@ def _speed_or_pose(
             f"speed sensor says {wide.reported / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
             f"speed from the pose is used"
         )
-        return replace(known, speed=known.speed.judged(problem, distance))
+        return known._replace(speed=known.speed.judged(problem, distance))
     late = _delay(track, noise)
     if late is not None:
         steady = abs(late - known.seen_late) < 1.5 * _LATE_STEP
         since = known.late_since if steady else now
         if now - since >= _LATE_TIME:
-            return replace(known, late=late, seen_late=late, late_since=since)
-        return replace(known, seen_late=known.seen_late if steady else late, late_since=since)
+            return known._replace(late=late, seen_late=late, late_since=since)
+        return known._replace(seen_late=known.seen_late if steady else late, late_since=since)
     problem = f"the pose moves {wide.moved:.2f} m where the speed sensor says {wide.reported:.2f} m"
-    return replace(known, pose=problem, late=0.0)
+    return known._replace(pose=problem, late=0.0)
 
 
 def _blames_speed(track: Array, gap: _Gap) -> bool:
@@ -294,7 +292,7 @@ def _reference_point(known: Sensors, track: Array, noise: Noise, body: Geometry)
         return known
     where = "ahead of" if ahead > 0.0 else "behind"
     problem = f"the pose is that of a point {abs(ahead):.2f} m {where} the middle of the rear axle"
-    return replace(known, pose=problem, elsewhere=True)
+    return known._replace(pose=problem, elsewhere=True)
 
 
 @kernel
@@ -341,11 +339,11 @@ def _steering(
     if not (problem or out):
         if unsteered == known.unsteered and still == known.unmoved:
             return known
-        return replace(known, unsteered=unsteered, unmoved=still, moved=0.0 if unsteered else known.moved)
+        return known._replace(unsteered=unsteered, unmoved=still, moved=0.0 if unsteered else known.moved)
     then = before(track, STEERING_WINDOW)
     angle = known.angle + steered if out else then[STEERING] + float(track[-1, STEERED]) - then[STEERED]
     angle = observe_steering(track, angle, noise, body)
     proof = distance if abs(angle) > _TELLING else 0.0
     # It is said once, with the first figures.
     judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
-    return replace(known, steering=judged, angle=angle, unmoved=still)
+    return known._replace(steering=judged, angle=angle, unmoved=still)

@@ -357,7 +357,7 @@ class RtiMpcc:
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
             later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
-            controls[:, THETA_DOT] *= np.diff(times) / np.diff(later)
+            controls[:, THETA_DOT] *= (times[1:] - times[:-1]) / (later[1:] - later[:-1])
             times = later
         slack = np.maximum(change[pattern.slack_columns], 0.0)
         read_only(states, controls, times)

@@ -101,7 +101,7 @@ class StateMonitor:
         if self.sensors.track is None:
             return self
         track = with_commands(self.sensors.track, rates)
-        return replace(self, sensors=replace(self.sensors, track=track))
+        return replace(self, sensors=self.sensors._replace(track=track))
 
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
@@ -213,7 +213,7 @@ def _first(
             given=measured,
             measured=measured,
             dead_reckoned=measured,
-            sensors=replace(last.sensors, elsewhere=False).trusted(now, measured, measured),
+            sensors=last.sensors._replace(elsewhere=False).trusted(now, measured, measured),
             relocalised=last.state is not None,
             noise=last.noise.broken(),
         )
