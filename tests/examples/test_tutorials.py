@@ -36,15 +36,15 @@ CALLED_BY_HAND = ("make ",)
 @pytest.fixture
 def tutorial(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
     """The module in which a page is typed; the classes that it adds are unknown again afterwards."""
-    kinds = CostTerm.KINDS, DockingObjective.KINDS
-    before = [dict(each) for each in kinds]
+    terms, objectives = set(CostTerm.KINDS), set(DockingObjective.KINDS)
     module = ModuleType(f"tutorial_{request.param}")
     sys.modules[module.__name__] = module
     yield module
     del sys.modules[module.__name__]
-    for each, old in zip(kinds, before, strict=True):
-        for name in each.keys() - old.keys():
-            del each[name]
+    for term in set(CostTerm.KINDS) - terms:
+        del CostTerm.KINDS[term]
+    for objective in set(DockingObjective.KINDS) - objectives:
+        del DockingObjective.KINDS[objective]
 
 
 def run_shell(block: str) -> None:
