@@ -144,7 +144,7 @@ class CostTerm(KindOfSettings):
         CostTerm.KINDS[cls.__name__] = cls
 
     def residual(self, plan: Any) -> Any:
-        """The `Residual` (`rti_mpcc.ocp.stage_cost`) about a plan, `rti_mpcc.ocp.objectives.Linearised`."""
+        """The `Residual` about a plan, which is a `Linearised` (`rti_mpcc.objectives`)."""
         raise NotImplementedError
 
 
@@ -161,18 +161,25 @@ def _term(value: Any) -> Any:
 class DockingObjective(KindOfSettings):
     """How a vehicle comes along its path into the goal: it contours, then drives one planned arrival at rest.
 
-    Other methods derive from this class and plug themselves in (`rti_mpcc.paper`). Settings know neither
-    segments nor objectives of a horizon: hence the type variables.
+    Other methods derive from this class and plug themselves in (`rti_mpcc.paper`, or a user's); recordings
+    find the class by its name. Settings know neither segments nor objectives of a horizon: hence the type
+    variables.
 
     Attributes:
         terms: of the cost, beside those of `Weights`.
     """
+
+    KINDS: ClassVar[dict[str, type[DockingObjective]]] = {}
 
     terms: tuple[Annotated[SerializeAsAny[CostTerm], BeforeValidator(_term)], ...] = ()
     plans_arrival: ClassVar[bool] = True
     """Whether an arrival at rest takes over from contouring; otherwise contouring goes on to the end."""
     arrives_at_goal: ClassVar[bool] = True
     """Whether the goal, too, is arrived at like that, so that the docking time is known before."""
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        DockingObjective.KINDS[cls.__name__] = cls
 
     def segments(self, parts: T, config: Any) -> T:
         """The segments of a manoeuvre along a path, from those of its parts."""

@@ -7,12 +7,11 @@ They plug themselves into a controller by `ControllerConfig.objective`, and thei
 
 from __future__ import annotations
 
-from rti_mpcc.paper.objective import OBJECTIVES, ComparedObjective, PaperObjective, SpeedProfile
+from rti_mpcc.paper.objective import ComparedObjective, PaperObjective, SpeedProfile
 from rti_mpcc.paper.presets import METHODS, PRINTED, PUBLISHED, with_method
 
 __all__ = [
     "METHODS",
-    "OBJECTIVES",
     "PRINTED",
     "PUBLISHED",
     "ComparedObjective",

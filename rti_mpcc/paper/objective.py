@@ -125,10 +125,6 @@ class PaperObjective(ComparedObjective):
         return cast(T, DynamicContouring()) if type(objective) is Contouring else objective
 
 
-OBJECTIVES: dict[str, type[DockingObjective]] = {
-    each.__name__: each for each in (ComparedObjective, PaperObjective)
-}
-"""By their names in files."""
 _PRINTED = PaperObjective()
 
 

@@ -47,12 +47,7 @@ def test_the_python_blocks_run_as_typed_and_dock(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    run_blocks(ROOT / "docs" / "using.md", 9)
-    known, detected, planned, stands, expected, comfort, replayed, log = capsys.readouterr().out.splitlines()
-    assert known.startswith("docked after")
-    assert detected.startswith(("docked 0.0", "docked -0.0"))
-    assert re.fullmatch(r"\d\d\.\d m on \d segments, 0\.\d\d m clear", planned)
-    assert stands == "Status.PLANNING planning a route: there is none yet"
-    assert expected == "docks after about 22.7 s"
-    assert comfort.startswith("Comfort(acceleration=0.173")
+    run_blocks(ROOT / "docs" / "using.md", 5)
+    docked, replayed, log = capsys.readouterr().out.splitlines()
+    assert docked.startswith("docked after")
     assert (replayed, log) == ("identical", "written")

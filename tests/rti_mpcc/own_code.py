@@ -1,4 +1,4 @@
-"""Classes that docs/contributing.md shows, as a user types them in a module of the own."""
+"""Classes that the docs show for a user to type in a module of the own."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-PAGE = Path(__file__).parents[2] / "docs" / "contributing.md"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @contextmanager
-def shown_class(name: str, kinds: dict[str, Any], word: str) -> Iterator[Any]:
-    """The class `name`, executed in a module of its own; `word`: its key in `kinds`, taken out afterwards."""
+def shown_class(page: str, name: str, kinds: dict[str, Any], word: str) -> Iterator[Any]:
+    """The class `name` of a page, in a module of its own; `word`: its key in `kinds`, removed afterwards."""
     module: Any = ModuleType(f"own_{name}")
     sys.modules[module.__name__] = module
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)
     (block,) = (each for each in blocks if f"class {name}" in each)
-    exec(compile(block, str(PAGE), "exec"), vars(module))
+    exec(compile(block, page, "exec"), vars(module))
     yield getattr(module, name)
     del kinds[word], sys.modules[module.__name__]

@@ -26,8 +26,8 @@ CODE = (*PACKAGES, "benchmarks", "tests", "examples")
 PAGES_OF_LABELS = [ROOT / "docs" / "method.md", *sorted((ROOT / "docs" / "decisions").glob("*.md"))]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LABEL = re.compile(r"\(([A-Z]\d{1,2})\)")
-DEFINED = re.compile(r"^ *\(([A-Z]\d{1,2})\) {2}\S", flags=re.MULTILINE)
-"""A label at the begin of a line, with its formula after two spaces."""
+DEFINED = re.compile(r"(?:^ *\(|\\tag\{)([A-Z]\d{1,2})(?:\) {2}\S|\})", flags=re.MULTILINE)
+"""A label at the start of a line, with its formula after two spaces, or the label of a rendered formula."""
 
 
 DOTTED = r"(?:geometry|estimation|rti_mpcc)(?:\.(?!py`|md`)\w+)+"
@@ -116,9 +116,11 @@ def test_the_table_of_constants_is_that_of_the_code() -> None:
     assert f"<!-- begin constants -->\n{rows}\n<!-- end constants -->" in page
 
 
-@pytest.mark.parametrize(("page", "lines"), [("README.md", 150), ("docs/method.md", 300)])
+@pytest.mark.parametrize(("page", "lines"), [("README.md", 150), ("docs/method.md", 250)])
 def test_what_is_read_first_is_short(page: str, lines: int) -> None:
-    assert len((ROOT / page).read_text(encoding="utf-8").splitlines()) <= lines
+    """Its formulas do not count: their sources are not read."""
+    text = re.sub(r"```math\n.*?```\n", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(text.splitlines()) <= lines
 
 
 @pytest.mark.parametrize("page", DOCUMENTS, ids=name)

@@ -16,6 +16,7 @@ PACKAGES = ("geometry", "estimation", "rti_mpcc")
 LAYERS = (
     "model",
     "ocp",
+    "objectives",
     "qp",
     "iteration",
     "controller",

@@ -25,7 +25,7 @@ from tests.rti_mpcc.yards import BRISK, YARD
 @pytest.fixture(scope="module")
 def turn_around() -> Iterator[type[Step]]:
     """The class that the page shows, as typed in a module of its own."""
-    with shown_class("TurnAround", STEPS, "turn_around") as step:
+    with shown_class("contributing.md", "TurnAround", STEPS, "turn_around") as step:
         yield step
 
 

@@ -1,4 +1,4 @@
-"""A cost term from outside the package, that of docs/contributing.md: its gradient, effect and settings."""
+"""A cost term from outside the package, of docs/tutorials/own_objective.md: gradient, effect, settings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCENARIO = load_scenario("docking_inside")
 @pytest.fixture(scope="module")
 def kind() -> Iterator[Any]:
     """The class that the page shows, as typed in a module of its own."""
-    with shown_class("LateralJerk", CostTerm.KINDS, "LateralJerk") as shown:
+    with shown_class("tutorials/own_objective.md", "LateralJerk", CostTerm.KINDS, "LateralJerk") as shown:
         yield shown
 
 
