@@ -47,7 +47,6 @@ BEFORE_A_CYCLE = {
         "mcap.writer",
         "mcap_protobuf.schema",
     },
-    "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
     "rti_mpcc/course/docking_time.py": {"scipy.optimize"},  # a configuration for a docking time is made
 }
 """What functions of the packages import, and before which cycle that happens."""
