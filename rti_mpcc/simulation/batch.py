@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any, TypeVar
 
 from geometry.extras import check_extra
@@ -82,7 +81,7 @@ def in_processes(work: Callable[[T], R], items: Sequence[T], jobs: int) -> Itera
         yield from parallel(library.delayed(work)(item) for item in items)
 
 
-def joblib() -> ModuleType:
+def joblib() -> Any:
     """The library joblib; loaded at the first call. Raises MissingExtraError without it."""
     check_extra("sim", "driving many runs needs", "joblib")
     import joblib

@@ -25,8 +25,10 @@ SIM = ("rti_mpcc.report", "rti_mpcc.cli")
 """Packages that say which extra is missing when they are imported."""
 PART_OF = {"pydantic_core": "pydantic", "markupsafe": "jinja2"}
 """Imported libraries that come with another one, in the version that it needs."""
-REFUSED = ("matplotlib", "pandas", "rich", "tomlkit", "joblib", "cv2", "mcap", "mcap_protobuf")
-REFUSED += ("foxglove_schemas_protobuf", "distributed", "dask")
+REFUSED = (
+    *("matplotlib", "pandas", "rich", "tomlkit", "joblib"),
+    *("cv2", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf", "distributed", "dask"),
+)
 """Libraries of the extras; jinja2 is none of them, as osqp imports it."""
 
 
