@@ -4,7 +4,7 @@ VENV ?= .venv
 WORKERS ?= 2
 
 PY := $(VENV)/bin/python
-RUNTIME := $(VENV)/.runtime-installed
+SIM := $(VENV)/.sim-installed
 TEST := $(VENV)/.test-installed
 DOCS := $(VENV)/.docs-installed
 PIP := $(PY) -m pip --disable-pip-version-check install --quiet
@@ -48,7 +48,7 @@ unit: $(TEST)
 	$(VENV)/bin/rti-mpcc warm
 	$(PY) -m pytest -q -n $(WORKERS) --dist loadfile --ignore tests/acceptance
 
-demo: $(RUNTIME)
+demo: $(SIM)
 	$(VENV)/bin/rti-mpcc run docking_behind
 
 docs: $(DOCS)
@@ -99,15 +99,15 @@ $(PY):
 			&& $(PYTHON) -m pip --python $(PY) install --quiet pip; } \
 		|| { rm -rf $(VENV); echo "$(PYTHON) cannot create a virtual environment: install its venv module" >&2; exit 1; }
 
-$(RUNTIME): pyproject.toml | $(PY)
-	$(PIP) -e .
+$(SIM): pyproject.toml | $(PY)
+	$(PIP) -e '.[sim]'
 	@touch $@
 
-# The test environment holds the runtime one, so the demo need not install again.
+# The test environment holds what the demo needs, which need not be installed again.
 $(TEST): pyproject.toml | $(PY)
 	$(PIP) -e '.[test]'
-	@touch $(RUNTIME) $@
+	@touch $(SIM) $@
 
 $(DOCS): pyproject.toml | $(PY)
 	$(PIP) -e '.[docs]'
-	@touch $(RUNTIME) $@
+	@touch $@

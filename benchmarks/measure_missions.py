@@ -3,7 +3,7 @@
     python -m benchmarks.measure_missions [--count 100] [--undockings 50] [--seeds 20] [--seed 777] [--jobs K]
 
 The built-in mission at several seeds, random missions (`benchmarks.problems.missions`) and undockings.
-Needs OpenCV: pip install '.[vision]' in rti-mpcc's folder.
+Needs OpenCV: pip install '.[sim,vision]' in rti-mpcc's folder.
 """
 
 from __future__ import annotations

@@ -18,7 +18,8 @@ from estimation.board_pose import BoardPose, fit_board
 from estimation.camera import Camera, CharucoBoard, turn
 from estimation.measurement import Frame, GoalMeasurement
 from estimation.types import Array
-from geometry.errors import ConfigError, MissingExtraError
+from geometry.errors import ConfigError
+from geometry.extras import check_extra, missing_extra
 from geometry.validation import validated
 
 Image = NDArray[np.uint8]
@@ -37,14 +38,13 @@ GREEN, ORANGE, BLUE, RED = (80, 200, 80), (0, 140, 255), (255, 120, 0), (40, 40,
 
 def opencv() -> ModuleType:
     """OpenCV with its aruco module; loaded at the first call. Raises MissingExtraError without it."""
-    needs = f"Detecting a ChArUco board needs OpenCV {'.'.join(map(str, OLDEST))} or later"
-    install = "pip install '.[vision]' in rti-mpcc's folder"
-    try:
-        import cv2
-    except ImportError as error:
-        raise MissingExtraError(f"{needs}: {install}") from error
+    need = "detecting a ChArUco board needs"
+    check_extra("vision", need, "cv2")
+    import cv2
+
     if tuple(map(int, cv2.__version__.split(".")[:2])) < OLDEST:
-        raise MissingExtraError(f"{needs}, not {cv2.__version__}: {install}")
+        least = ".".join(map(str, OLDEST))
+        raise missing_extra("vision", f"{need} OpenCV {least} or later, not {cv2.__version__}")
     return cv2
 
 

@@ -1,4 +1,4 @@
-"""Dock by camera: a rear camera looks for a ChArUco board at the dock. Needs pip install '.[vision]'.
+"""Dock by camera: a rear camera looks for a ChArUco board at the dock. Needs pip install '.[sim,vision]'.
 
 The controller starts with a rough pose of the dock. The images of this example are rendered. With images of
 your own, call `detector.detect(picture, stamp)` and `controller.step(..., measurements=[...])`.

@@ -22,7 +22,7 @@ def make_ready(*, second_process: bool = False) -> int:
         second_process: another Python process compiles some of them. For programs that Python itself runs:
             `sys.executable` must be an interpreter.
 
-    A warning, and a bar on a terminal, announce the compilation; after it the log says where the kernels are
+    A warning, and a count on a terminal, announce the compilation. Then the log says where the kernels are
     kept, or why they are not. Loading takes a fraction of a second, a second call nothing.
     """
     validation.prepare()
@@ -32,15 +32,23 @@ def make_ready(*, second_process: bool = False) -> int:
     _log.warning("compiling %d kernels, this takes about a minute", missing)
     names: Iterable[str] = compiled.build()
     if sys.stderr.isatty():
-        from rich.console import Console  # here: seldom needed, and not at once imported
-        from rich.progress import track
-
-        names = track(names, "compiling", total=missing, console=Console(stderr=True), transient=True)
+        names = _counted(names, missing)
     with _helping() if second_process and missing > _FEW else nullcontext():
         count = sum(1 for _ in names)
     if not compiled.not_kept():
         _log.info("the compiled kernels are kept in %s", compiled.directory())
     return count
+
+
+def _counted(names: Iterable[str], total: int) -> Iterator[str]:
+    """The same names; one line on stderr counts them."""
+    try:
+        for count, name in enumerate(names, 1):
+            sys.stderr.write(f"\rcompiled {count} of {total} kernels")
+            sys.stderr.flush()
+            yield name
+    finally:
+        sys.stderr.write("\n")
 
 
 @contextmanager

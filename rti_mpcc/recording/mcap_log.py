@@ -19,9 +19,9 @@ from typing import Any, Self
 import numpy as np
 
 from geometry import Area, ReferencePath
+from geometry.extras import check_extra
 from geometry.walls import PartLines
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.errors import MissingExtraError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.recording.moment import Moment, moment_of, widened, wrapped
 from rti_mpcc.types import Array, Command, Status, VehicleState
@@ -40,22 +40,19 @@ _JSON_SCHEMA = b'{"type":"object"}'
 
 def mcap_libraries() -> SimpleNamespace:
     """The writer and the message types; loaded at the first call. Raises MissingExtraError without them."""
-    try:
-        from foxglove_schemas_protobuf import (
-            FrameTransform_pb2,
-            Log_pb2,
-            PackedElementField_pb2,
-            PointCloud_pb2,
-            PoseInFrame_pb2,
-            PosesInFrame_pb2,
-            SceneUpdate_pb2,
-        )
-        from mcap.writer import Writer
-        from mcap_protobuf.schema import build_file_descriptor_set
-    except ImportError as error:
-        raise MissingExtraError(
-            "an MCAP file needs more: pip install '.[mcap]' in rti-mpcc's folder"
-        ) from error
+    check_extra("mcap", "an MCAP file needs", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf")
+    from foxglove_schemas_protobuf import (
+        FrameTransform_pb2,
+        Log_pb2,
+        PackedElementField_pb2,
+        PointCloud_pb2,
+        PoseInFrame_pb2,
+        PosesInFrame_pb2,
+        SceneUpdate_pb2,
+    )
+    from mcap.writer import Writer
+    from mcap_protobuf.schema import build_file_descriptor_set
+
     return SimpleNamespace(
         Writer=Writer,
         described=build_file_descriptor_set,

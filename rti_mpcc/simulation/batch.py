@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from joblib import Parallel, delayed, parallel_config
-
+from geometry.extras import check_extra
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.simulation.closed_loop import Controller, simulate
@@ -76,5 +75,15 @@ def drive_all(
 
 def in_processes(work: Callable[[T], R], items: Sequence[T], jobs: int) -> Iterator[R]:
     """The results of the work on each item, in their order. Raises what the work raises."""
-    with parallel_config("loky", n_jobs=min(jobs, max(len(items), 1)), inner_max_num_threads=1):
-        yield from Parallel(return_as="generator", batch_size=1)(delayed(work)(item) for item in items)
+    library = joblib()
+    with library.parallel_config("loky", n_jobs=min(jobs, max(len(items), 1)), inner_max_num_threads=1):
+        parallel = library.Parallel(return_as="generator", batch_size=1)
+        yield from parallel(library.delayed(work)(item) for item in items)
+
+
+def joblib() -> Any:
+    """The library joblib; loaded at the first call. Raises MissingExtraError without it."""
+    check_extra("sim", "driving many runs needs", "joblib")
+    import joblib
+
+    return joblib

@@ -18,11 +18,10 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from joblib import Parallel, delayed, parallel_config
-
+from geometry.extras import check_extra
 from geometry.files import RECORDING, content, from_json
-from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.batch import Case, DrivenCase, checked_jobs, drive
+from rti_mpcc.errors import CampaignError, InputError
+from rti_mpcc.simulation.batch import Case, DrivenCase, checked_jobs, drive, joblib
 from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
@@ -190,18 +189,15 @@ def _workers(stack: ExitStack, jobs: int, dask: str | None) -> dict[str, Any]:
     """Options of joblib's `Parallel` for processes or, while `stack` is open, for a cluster."""
     if dask is None:
         # Joblib would drive a single job in this process, which a case may end: a second one stands by.
-        stack.enter_context(parallel_config("loky", n_jobs=max(jobs, 2), inner_max_num_threads=1))
+        stack.enter_context(joblib().parallel_config("loky", n_jobs=max(jobs, 2), inner_max_num_threads=1))
         return {"pre_dispatch": AHEAD * jobs if jobs > 1 else 1}
-    try:
-        import distributed
-    except ImportError as error:
-        raise MissingExtraError(
-            "a Dask cluster needs the library distributed: pip install '.[cluster]' in rti-mpcc's folder"
-        ) from error
+    check_extra("cluster", "a Dask cluster needs", "distributed")
+    import distributed
+
     try:
         connected: Any = distributed.Client  # it has no types
         stack.enter_context(connected(dask, timeout=10.0))
-        stack.enter_context(parallel_config("dask"))
+        stack.enter_context(joblib().parallel_config("dask"))
     except (OSError, ValueError) as error:
         raise CampaignError(f"no Dask scheduler at {dask}: {error}") from error
     return {"pre_dispatch": f"{AHEAD} * n_jobs"}
@@ -227,12 +223,13 @@ def _parallel(
     drive: Drive, cases: Iterator[RandomCase], under_way: dict[int, RandomCase], options: Mapping[str, Any]
 ) -> Generator[CampaignRow]:
     """Rows as they end; `under_way` holds the others. Raises BrokenProcessPool where a process ended."""
-    parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=SILENCE, **options)
+    library = joblib()
+    parallel = library.Parallel(return_as="generator_unordered", batch_size=1, timeout=SILENCE, **options)
 
     def tasks() -> Iterator[Any]:
         for case in cases:
             under_way[case.index] = case
-            yield delayed(_row)(drive, case)
+            yield library.delayed(_row)(drive, case)
 
     try:
         for row in parallel(tasks()):

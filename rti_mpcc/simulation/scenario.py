@@ -14,12 +14,12 @@ from math import tan
 from pathlib import Path
 from typing import Any
 
-import tomlkit
 from pydantic import Field
 
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
+from geometry.extras import check_extra
 from rti_mpcc.config import ActuatorModel, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.course.docking_time import config_for_docking_time
 from rti_mpcc.errors import ScenarioError
@@ -310,12 +310,16 @@ def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
 def scenario_text(scenario: Scenario) -> str:
     """The scenario file (TOML): only what was set, so that defaults stay defaults. It is read back as equal.
 
-    A path.file or area.map is written as an absolute path: the text may be put anywhere.
+    A path.file or area.map is written as an absolute path: the text may be put anywhere. Raises
+    MissingExtraError without the extra `sim`.
     """
     data = scenario.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
     for table, key in (("path", "file"), ("area", "map")):
         if key in data.get(table, {}):
             data[table][key] = str(Path(data[table][key]).absolute())
+    check_extra("sim", "writing a scenario file needs", "tomlkit")
+    import tomlkit
+
     return tomlkit.dumps(data)
 
 

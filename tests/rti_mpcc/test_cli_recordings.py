@@ -158,7 +158,11 @@ def test_files_that_cannot_be_written_are_refused_before_the_run(
 @pytest.mark.parametrize(
     ("dictionary", "opencv", "message"),
     [
-        ("DICT_4X4_50", False, "needs OpenCV 4.14 or later: pip install '.[vision]' in rti-mpcc's folder\n"),
+        (
+            "DICT_4X4_50",
+            False,
+            "needs OpenCV, which is not installed: pip install '.[vision]' in rti-mpcc's folder\n",
+        ),
         ("DICT_9", True, "CharucoBoard.dictionary = 'DICT_9': not one of OpenCV's\n"),
     ],
 )
@@ -222,11 +226,14 @@ def test_what_cannot_be_shown_is_refused(
     recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("notes").write_text("something else\n")
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    monkeypatch.setitem(sys.modules, "mcap", None)
     for arguments, message in (
         ("nowhere.jsonl", "nowhere.jsonl: cannot be read"),
         ("notes", "notes: is not a recording of rti-mpcc"),
-        (f"{recording} --mcap x.mcap", "an MCAP file needs more: pip install '.[mcap]' in rti-mpcc's folder"),
+        (
+            f"{recording} --mcap x.mcap",
+            "an MCAP file needs mcap, which is not installed: pip install '.[mcap]'",
+        ),
         (f"{recording} --animation x.png", "x.png: an animation must end in .mp4 or .gif"),
     ):
         assert message in refused(capsys, "show", *arguments.split())

@@ -73,9 +73,13 @@ def test_compiling_is_told_once(missing: list[str], caplog: pytest.LogCaptureFix
     assert then == f"the compiled kernels are kept in {compiled.directory()}"
 
 
-def test_on_a_terminal_a_bar_shows_how_far_it_is(
+def test_on_a_terminal_a_count_shows_how_far_it_is(
     missing: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert make_ready() == 3
-    assert capsys.readouterr().out == ""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.split("\r")[1:] == [f"compiled {count} of 3 kernels" for count in (1, 2)] + [
+        "compiled 3 of 3 kernels\n"
+    ]
