@@ -12,6 +12,7 @@ from contextlib import contextmanager, nullcontext
 from geometry import compiled, validation
 
 _log = logging.getLogger(__name__)
+_WIDTH = 79  # of a line on a terminal
 _FEW = 8  # kernels that are compiled sooner than a second process has started
 
 
@@ -41,10 +42,10 @@ def make_ready(*, second_process: bool = False) -> int:
 
 
 def _counted(names: Iterable[str], total: int) -> Iterator[str]:
-    """The same names; one line on stderr counts them."""
+    """The same names; one line on stderr counts and shows them."""
     try:
         for count, name in enumerate(names, 1):
-            sys.stderr.write(f"\rcompiled {count} of {total} kernels")
+            sys.stderr.write(f"\r{f'compiled {count} of {total} kernels: {name}':<{_WIDTH}.{_WIDTH}}")
             sys.stderr.flush()
             yield name
     finally:

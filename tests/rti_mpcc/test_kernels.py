@@ -80,6 +80,8 @@ def test_on_a_terminal_a_count_shows_how_far_it_is(
     assert make_ready() == 3
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.split("\r")[1:] == [f"compiled {count} of 3 kernels" for count in (1, 2)] + [
-        "compiled 3 of 3 kernels\n"
+    shown = [line.rstrip() for line in err.split("\r")[1:]]
+    assert shown == [
+        f"compiled {k} of 3 kernels: {name}" for k, name in enumerate(("three", "two", "one"), 1)
     ]
+    assert err.endswith("\n")
