@@ -80,7 +80,7 @@ def write_table(
     file: Path, name: str, header: Sequence[str], rows: Sequence[Sequence[str]], source: dict[str, Any]
 ) -> None:
     """Replace a block of a document by a table and the sentence of its origin."""
-    replace_block(file, name, f"{table(header, rows)}\n\n{told(source)}")
+    replace_block(file, name, f"{table(header, rows)}\n\n{named(source)}")
 
 
 def origin(command: str) -> dict[str, Any]:
