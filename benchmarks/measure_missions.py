@@ -58,7 +58,8 @@ def main() -> None:
     ]
     header = [
         "missions", "succeeded; other results", "touched something", "least clearance [m]", "T_goal [s]",
-        "at contact: across [mm], heading [°]", "peak / comfort, p99 (max): a; a_lat; steering rate",
+        "at contact: across [mm], heading [°]",
+        "peak over comfort, p99 (max): acceleration; lateral acceleration; steering rate",
         "direction changes", "duration [s]",
     ]  # fmt: skip
     text = "\n\n".join(
