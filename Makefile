@@ -7,6 +7,7 @@ PY := $(VENV)/bin/python
 SIM := $(VENV)/.sim-installed
 TEST := $(VENV)/.test-installed
 DOCS := $(VENV)/.docs-installed
+RELEASE := $(VENV)/.release-installed
 PIP := $(PY) -m pip --disable-pip-version-check install --quiet
 TYPED := $(wildcard geometry estimation rti_mpcc examples benchmarks tests)
 
@@ -18,7 +19,7 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo docs acceptance same reproduce figures soak bench clean
+.PHONY: help test lint types unit demo docs acceptance same reproduce figures fresh soak bench dist pythons clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
@@ -28,10 +29,14 @@ help:
 	@echo "make same        drive 330 runs here and at the commit before (or BASE=COMMIT), and report whether"
 	@echo "                 each command and plan is the same to the bit"
 	@echo "make reproduce   repeat the paper's experiments next to the published figures: runs/reproduce"
-	@echo "make figures     measure the figures in docs, except computing times, and write them there (about an hour)"
+	@echo "make figures     measure the tables and pictures of docs that are older than the code, and write them there"
+	@echo "                 (at most an hour; again after an interruption: the rest; FIGURES=--all: each of them)"
+	@echo "make fresh       check that no table or picture of docs is older than the code"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
 	@echo "make bench       time the cycles of all scenarios against a yardstick (figures: runs/bench.json),"
 	@echo "                 and of some against the commit before (or BASE=COMMIT), in turn"
+	@echo "make dist        build wheel and sdist of HEAD for an index, in dist/ (PROJECT_URL=... of the repository)"
+	@echo "make pythons     try Python 3.11, 3.12 and 3.13, each where found: install, dock, tests"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
 test: lint types unit
@@ -68,14 +73,10 @@ reproduce: $(TEST)
 	$(PY) -m benchmarks.reproduction
 
 figures: $(TEST)
-	$(PY) -m benchmarks.document_behaviour
-	$(PY) -m benchmarks.measure_results
-	$(PY) -m benchmarks.measure_detections
-	$(PY) -m benchmarks.measure_deviations
-	$(PY) -m benchmarks.measure_faults
-	$(PY) -m benchmarks.measure_obstacles
-	for seed in 1 2 3; do $(PY) -m benchmarks.measure_courses --seed $$seed || exit 1; done
-	$(PY) -m benchmarks.measure_courses --seed 1 --count 48 --within campaign --presets default
+	$(PY) -m benchmarks.fresh --measure $(FIGURES)
+
+fresh: $(TEST)
+	$(PY) -m benchmarks.fresh
 
 soak: $(TEST)
 	$(PY) -m benchmarks.soak
@@ -85,6 +86,13 @@ bench: $(TEST)
 	$(PY) -m benchmarks.compare_speed $(BASE)
 	$(PY) -m benchmarks.measure_speed $(BENCH)
 	$(PY) -m benchmarks.measure_narrow $(BENCH)
+
+# The wheel comes from a copy of HEAD. A tag is set, and files are uploaded, by whoever publishes.
+dist: $(RELEASE)
+	$(PY) -m benchmarks.release $(if $(PROJECT_URL),--url $(PROJECT_URL))
+
+pythons: $(SIM)
+	$(PY) -m benchmarks.pythons --jobs $(WORKERS)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
@@ -110,4 +118,8 @@ $(TEST): pyproject.toml | $(PY)
 
 $(DOCS): pyproject.toml | $(PY)
 	$(PIP) -e '.[docs]'
+	@touch $@
+
+$(RELEASE): pyproject.toml | $(PY)
+	$(PIP) -e '.[release]'
 	@touch $@

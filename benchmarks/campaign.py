@@ -17,7 +17,7 @@ from typing import get_args
 
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
-from benchmarks.tables import command_line
+from benchmarks.tables import command_line, origin
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import integer
 from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
@@ -58,12 +58,14 @@ def run(asked: argparse.Namespace) -> int:
         CampaignCase(seed=asked.seed, level=asked.level, index=index, problems=problems, **kind)
         for index in indices
     ]
+    source = origin("python -m benchmarks.campaign")
     settings = {
         "count": len(cases),
         "level": asked.level.value,
         "seed": asked.seed,
         "problems": problems.value,
         **kind,
+        **{name: source[name] for name in ("commit", "changed", "date")},
     }
     return drive_and_report(cases, settings, asked, "campaign")
 

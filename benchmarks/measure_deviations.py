@@ -20,6 +20,7 @@ from benchmarks.problems.variants import mirrored, moved, turned_round
 from benchmarks.tables import (
     ROOT,
     command_line,
+    named,
     number,
     origin,
     replace_block,
@@ -198,12 +199,16 @@ def main() -> None:
         write_table(DECISIONS / page, "deviations", header, rows(own), source)
     distances = [[case, f"{distance:.1e}"] for case, distance in same.items()]
     header = ["docking_behind", "largest distance [m]"]
-    replace_block(DECISIONS / "08-signed-distance.md", "invariance", table(header, distances))
+    replace_block(
+        DECISIONS / "08-signed-distance.md", "invariance", f"{table(header, distances)}\n\n{named(source)}"
+    )
     values = [
         [number(blocked["stands_from_s"], 1), number(blocked["gap_m"], 2), number(blocked["to_dock_s"], 1)]
     ]
     header = ["stands from [s]", "front to wall [m]", "docked, the wall being gone after 30 s [s]"]
-    replace_block(DECISIONS / "12-obstacles-in-the-way.md", "wall", table(header, values))
+    replace_block(
+        DECISIONS / "12-obstacles-in-the-way.md", "wall", f"{table(header, values)}\n\n{named(source)}"
+    )
 
 
 if __name__ == "__main__":

@@ -41,6 +41,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=777, help="random seed; default: %(default)s")
     parser.add_argument("--jobs", type=int, help="number of runs at a time; default: one a core")
     options = parser.parse_args()
+    source = origin(command(options))  # first: the commit may change while it runs
     built_in = [Case(scenario=load_scenario("docking_mission"), seed=seed) for seed in range(options.seeds)]
     drawn = [drawn_mission(options.seed, number) for number in range(options.count)]
     missions = [Case(scenario=each.scenario, seed=number) for number, each in enumerate(drawn)]
@@ -57,15 +58,16 @@ def main() -> None:
     ]
     header = [
         "missions", "succeeded; other results", "touched something", "least clearance [m]", "T_goal [s]",
-        "at contact: across [mm], heading [°]", "peak / comfort, p99 (max): a; a_lat; steering rate",
+        "at contact: across [mm], heading [°]",
+        "peak over comfort, p99 (max): acceleration; lateral acceleration; steering rate",
         "direction changes", "duration [s]",
     ]  # fmt: skip
     text = "\n\n".join(
         [
-            told(origin(command(options))),
             table(header, rows),
             f"{len(drawn) - len(wrong)} of {len(drawn)} random missions had the expected result"
             + (f"; others: {'; '.join(wrong)}." if wrong else "."),
+            told(source),
         ]
     )
     print(text)

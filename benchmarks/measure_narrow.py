@@ -20,7 +20,7 @@ from rich.progress import track
 
 from benchmarks.problems.case import CampaignCase
 from benchmarks.problems.levels import Level
-from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
+from benchmarks.tables import ROOT, command_line, named, number, origin, replace_block, table, told
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import RunResult, Scenario, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.campaign import drive_case
@@ -184,6 +184,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="random seed; default: %(default)s")
     parser.add_argument("--docs", action="store_true", help="write docs/performance.md")
     asked = parser.parse_args()
+    source = origin(f"{COMMAND} --draws {asked.draws} --seed {asked.seed}")
     header = [
         "goal",
         "gap [m]",
@@ -201,11 +202,11 @@ def main() -> None:
     blocks["hardest"] = table(header, hardest(asked.draws, asked.seed))
     header = ["level", "cases", "cases a second of CPU"]
     blocks["throughput"] = table(header, throughput(4 * asked.draws, asked.seed))
-    blocks["throughput"] += "\n\n" + told(origin(f"{COMMAND} --draws {asked.draws} --seed {asked.seed}"))
     for name, text in blocks.items():
         print(f"{text}\n")
         if asked.docs:
-            replace_block(ROOT / "docs" / "performance.md", name, text)
+            said = told(source) if name == "throughput" else named(source)
+            replace_block(ROOT / "docs" / "performance.md", name, f"{text}\n\n{said}")
 
 
 if __name__ == "__main__":

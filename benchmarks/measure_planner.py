@@ -132,13 +132,13 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=40, help="scenes of each kind; default: %(default)s")
     parser.add_argument("--seed", type=int, default=99, help="of the scenes; default: %(default)s")
     given = parser.parse_args()
+    source = origin(f"{COMMAND} --count {given.count} --seed {given.seed}")
     planned(
         Pose2(0.0, 0.0, 0.0), Pose2(9.0, 3.0, 0.0), Area(), ControllerConfig()
     )  # loads all there is to load
-    command = f"{COMMAND} --count {given.count} --seed {given.seed}"
-    replace_block(PAGE, "scenes", f"{scenes(given.count, given.seed)}\n\n{told(origin(command))}")
+    replace_block(PAGE, "scenes", f"{scenes(given.count, given.seed)}\n\n{told(source)}")
     if PARKING.is_dir():
-        replace_block(PAGE, "parking", f"{parking()}\n\n{told(origin(command))}")
+        replace_block(PAGE, "parking", f"{parking()}\n\n{told(source)}")
 
 
 if __name__ == "__main__":

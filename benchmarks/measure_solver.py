@@ -171,13 +171,14 @@ def main() -> None:
     parser = command_line(__doc__, COMMAND)
     parser.add_argument("--docs", action="store_true", help="write docs/decisions/04-solver-settings.md")
     asked = parser.parse_args()
+    source = origin(COMMAND)
     problems = recorded(SCENARIOS, EVERY)
     header = [f"{len(problems)} QPs to {TOLERANCE:g}", "iterations p50", "p95", "mean", "solve p50 [µs]"]
     text = table([*header, "an iteration [µs]"], rows(problems))
     print(text)
     if asked.docs:
         page = ROOT / "docs" / "decisions" / "04-solver-settings.md"
-        replace_block(page, "ways", f"{text}\n\n{told(origin(COMMAND))}")
+        replace_block(page, "ways", f"{text}\n\n{told(source)}")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from benchmarks.figures import Target, target_table
 from benchmarks.measured import QUICK, Extent, Measured, measure
 from benchmarks.speed_tables import blocks, draw, numbers
 from benchmarks.speed_targets import targets
-from benchmarks.tables import ROOT, command_line, origin, replace_block, told, write_json
+from benchmarks.tables import ROOT, command_line, named, origin, replace_block, told, write_json
 from rti_mpcc.cli.arguments import integer
 from rti_mpcc.simulation import builtin_names
 
@@ -47,9 +47,10 @@ def written(found: Measured, judged: list[Target], asked: argparse.Namespace, so
     write_json(ROOT / "docs" / "performance.json", content)
     draw(found.sweeps, found.sweep_yardstick.p50, ROOT / "docs" / "pictures" / "performance.png")
     document = ROOT / "docs" / "performance.md"
+    replace_block(document, "performance", f"*{named(source, 'Made')}*")
     replace_block(document, "targets", f"{target_table(judged)}\n\n{told(source)}")
     for name, text in blocks(found).items():
-        replace_block(document, name, text)
+        replace_block(document, name, f"{text}\n\n{named(source)}")
 
 
 def main() -> int:

@@ -5,7 +5,8 @@
     python -m benchmarks.same --list             # the names of all runs
 
 Compares commands (numbers), meanings (status, source, reason, docked, mission) and plans of every cycle; of a
-run that differs it says which of them, and the first cycle. Both sides drive the same random problems: BASE
+run that differs it says which of them, and the first cycle. If none differs it prints the line for the
+message of the commit that tells `benchmarks.fresh` so. Both sides drive the same random problems: BASE
 generates their files, or HEAD where BASE cannot. At most 15 minutes on 2 cores.
 
 A name that was changed on purpose goes into RENAMED. Exit status: 0 all the same, 1 something differs,
@@ -203,6 +204,8 @@ def compare(base: str, runs: Sequence[Run], jobs: int, keep: Path | None) -> int
             if said:
                 print(f"{found['name']}: {said}", flush=True)
     print(f"{same} of {len(runs)} the same")
+    if same == len(runs) == len(RUNS):
+        print(f"Figures: unchanged since {commit[:10]} (benchmarks.same: {same} of {len(runs)})")
     return int(same < len(runs))
 
 

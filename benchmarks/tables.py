@@ -7,8 +7,10 @@ import importlib.metadata
 import json
 import os
 import platform
+import re
 import subprocess
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -78,15 +80,16 @@ def write_table(
     file: Path, name: str, header: Sequence[str], rows: Sequence[Sequence[str]], source: dict[str, Any]
 ) -> None:
     """Replace a block of a document by a table and the sentence of its origin."""
-    replace_block(file, name, f"{table(header, rows)}\n\n{told(source)}")
+    replace_block(file, name, f"{table(header, rows)}\n\n{named(source)}")
 
 
 def origin(command: str) -> dict[str, Any]:
-    """What measured: command, commit, whether the tree differed from it, versions, cores."""
+    """What measured: command, commit, whether the tree differed from it, date, versions, cores."""
     return {
         "command": command,
         "commit": _git("rev-parse", "--short", "HEAD"),
         "changed": bool(_git("status", "--porcelain", "--", "geometry", "estimation", "rti_mpcc")),
+        "date": datetime.now(UTC).date().isoformat(),
         "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in ("osqp", "numpy", "scipy")},
         "cores": os.cpu_count(),
@@ -95,12 +98,22 @@ def origin(command: str) -> dict[str, Any]:
 
 def told(origin: dict[str, Any]) -> str:
     """The origin as a sentence."""
-    changed = " with local changes" if origin["changed"] else ""
-    return (
-        f"Measured by `{origin['command']}` at commit {origin['commit']}{changed}, "
-        f"Python {origin['python']}, OSQP {origin['osqp']}, one thread, "
-        f"a shared machine with {origin['cores']} cores."
-    )
+    machine = f"Python {origin['python']}, OSQP {origin['osqp']}, {origin['cores']} cores"
+    return f"{named(origin)[:-1]} ({machine})."
+
+
+def named(origin: dict[str, Any], done: str = "Measured") -> str:
+    """The origin in short: command, commit and date, as `ORIGIN` reads them again."""
+    changed = CHANGED if origin["changed"] else ""
+    return f"{done} by `{origin['command']}` at commit {origin['commit']}{changed} on {origin['date']}."
+
+
+CHANGED = " with local changes"
+ORIGIN = re.compile(
+    rf"(?P<done>Measured|Made) by `(?P<command>[^`]+)` at commit (?P<commit>\w+)(?P<changed>{CHANGED})?"
+    r" on (?P<date>\d{4}-\d{2}-\d{2})"
+)
+"""The sentence of `named` in a document."""
 
 
 def write_json(file: Path, content: dict[str, Any]) -> None:

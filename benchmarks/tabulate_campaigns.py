@@ -79,6 +79,16 @@ def rides(columns: Sequence[dict[str, Any]]) -> str:
     return table(header, rows)
 
 
+def driven(reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The origin of studies that were driven at one commit. Raises SystemExit for more than one."""
+    asked = [each["settings"] for each in reports]
+    commits = {each.get("commit") for each in asked}
+    if len(commits) > 1 or None in commits:
+        raise SystemExit(f"driven at commits {sorted(map(str, commits))}: must be one, run the others again")
+    changed, date = any(each["changed"] for each in asked), max(each["date"] for each in asked)
+    return {**origin(COMMAND), "commit": commits.pop(), "changed": changed, "date": date}
+
+
 def _at_limit(figures: dict[str, Any]) -> str:
     cycles = sum(figures["cycles_by_status"].values())
     return number(100.0 * figures["iteration_limit_cycles"] / cycles, 4)
@@ -113,7 +123,7 @@ def main() -> None:
         return
     reports = [json.loads((folder / "report.json").read_text(encoding="utf-8")) for folder in asked.folders]
     rows = [row(folder, figures) for folder, figures in zip(asked.folders, reports, strict=True)]
-    text = f"{table(HEADER, rows)}\n\n{rides(reports)}\n\n{told(origin(COMMAND))}"
+    text = f"{table(HEADER, rows)}\n\n{rides(reports)}\n\n{told(driven(reports))}"
     replace_block(ROOT / "docs" / "campaigns.md", "campaigns", text)
     print(text)
 

@@ -140,7 +140,7 @@ def _ride_rows(summary: Mapping[str, Any]) -> Iterator[Row]:
     figures = {name: value for name, value in summary.items() if name not in _APART}
     figures["hard_braking"] = ", ".join(f"{count} {reason}" for reason, count in hard.items()) or "none"
     peaks = figures.pop("peak").items()
-    figures["peak / comfort"] = {name: _against(value, comfort[name]) for name, value in peaks}
+    figures["peak"] = {name: _against(value, comfort[name]) for name, value in peaks}
     return figure_rows(figures)
 
 
@@ -304,7 +304,7 @@ def _step_name(step: Mapping[str, Any]) -> str:
 def _against(peak: float, comfort: float) -> str:
     if round(peak, 3) > round(comfort, 3):
         return f"[bold red]{peak:.3f}[/] (limit {comfort:.3f} exceeded)"
-    return f"{peak:.3f} / {comfort:.3f}"
+    return f"{peak:.3f} (limit {comfort:.3f})"
 
 
 def _table(title: str, rows: Iterable[Row]) -> Table:

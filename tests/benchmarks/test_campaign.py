@@ -10,7 +10,7 @@ import pytest
 from benchmarks.campaign import parser
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
-from benchmarks.tabulate_campaigns import difficulty, rides, row
+from benchmarks.tabulate_campaigns import difficulty, driven, rides, row
 from rti_mpcc.cli import exit_status
 from rti_mpcc.report.campaign import read_table
 from rti_mpcc.simulation import load_scenario
@@ -49,3 +49,13 @@ def test_what_is_no_study_is_refused(
     assert exit_status(parser(), [*arguments, "--out", str(tmp_path / "there")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "there").exists()
+
+
+def test_the_table_names_the_commit_that_was_driven() -> None:
+    one = {"settings": {"commit": "abc1234", "changed": True, "date": "2026-11-27"}}
+    two = {"settings": {"commit": "abc1234", "changed": False, "date": "2026-11-28"}}
+    found = driven([one, two])
+    assert (found["commit"], found["changed"], found["date"]) == ("abc1234", True, "2026-11-28")
+    for other in ({"commit": "def5678", "changed": False, "date": "2026-11-28"}, {}):
+        with pytest.raises(SystemExit, match="must be one"):
+            driven([one, {"settings": other}])
