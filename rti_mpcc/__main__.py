@@ -9,7 +9,7 @@ from rti_mpcc.errors import MissingExtraError
 _BAD_INPUT = 2  # as in rti_mpcc.cli.arguments, which cannot be imported without the extra
 
 
-def main() -> int:
+def run_command() -> int:
     """Run the command with the arguments of the process and return the exit status."""
     try:
         from rti_mpcc import cli
@@ -20,4 +20,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_command())

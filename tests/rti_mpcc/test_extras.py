@@ -94,7 +94,7 @@ def test_pyproject_lists_what_is_imported_and_nothing_else() -> None:
         for extra, distributions in imports_by_extra(file).items():
             needed[extra or ("" if name in base else "sim")] |= distributions
     needed["sim"] -= needed[""]
-    assert needed == {extra: names for extra, names in listed().items() if extra not in ("docs", "test")}
+    assert needed == {extra: names for extra, names in listed().items() if extra not in ("docs", "release", "test")}
 
 
 BLOCK = f"import sys; sys.modules.update(dict.fromkeys({REFUSED}))\n"
@@ -202,7 +202,7 @@ def test_a_missing_extra_is_named_in_one_sentence(code: str, need: str, extra: s
     "arguments", ["run docking_behind", "show ride.jsonl", "campaign docking_behind --count 2", "warm"]
 )
 def test_the_command_line_says_what_to_install(arguments: str, tmp_path: Path) -> None:
-    code = "from rti_mpcc.__main__ import main\nsys.exit(main())"
+    code = "from rti_mpcc.__main__ import run_command\nsys.exit(run_command())"
     done = without_extras(code, tmp_path, *arguments.split())
     assert done.stderr == (
         "rti-mpcc: error: the command line, pictures and tables need rich, which is not installed: "
@@ -213,7 +213,7 @@ def test_the_command_line_says_what_to_install(arguments: str, tmp_path: Path) -
 
 def test_the_script_is_the_command_that_says_it() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert project["scripts"] == {"rti-mpcc": "rti_mpcc.__main__:main"}
+    assert project["scripts"] == {"rti-mpcc": "rti_mpcc.__main__:run_command"}
 
 
 def test_the_refused_libraries_are_those_of_the_extras() -> None:
