@@ -14,7 +14,7 @@ Mask = NDArray[np.bool_]
 
 
 def is_array(hint: Any) -> bool:
-    """Whether a type hint names an array. Since numpy 2.5 `NDArray` is a name, not an alias of `np.ndarray`."""
+    """Whether a type hint is one of an array. Since numpy 2.5 `NDArray` is no alias of `np.ndarray`."""
     return hint is np.ndarray or get_origin(hint) in (np.ndarray, NDArray)
 
 
