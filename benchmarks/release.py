@@ -24,7 +24,8 @@ FENCE = re.compile(r"(^```.*?^```\n)", flags=re.DOTALL | re.MULTILINE)
 LOCAL = r"\((?!https?:|#)(?P<path>[^)#\s]*)(?P<anchor>#[^)\s]*)?\)"
 """The target of a link to a file, in brackets."""
 PICTURE = re.compile(
-    rf"!\[(?P<words>[^\]]*)\]{LOCAL}\n*(?:<!-- begin (?P<block>\w+) -->.*?<!-- end (?P=block) -->\n*)?", re.DOTALL
+    rf"!\[(?P<words>[^\]]*)\]{LOCAL}\n*(?:<!-- begin (?P<block>\w+) -->.*?<!-- end (?P=block) -->\n*)?",
+    re.DOTALL,
 )
 """A picture, and the block below it that says how it was made."""
 LINK = re.compile(rf"(?<!!)\[(?P<words>[^\]]*)\]{LOCAL}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, get_origin
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+
+def is_array(hint: Any) -> bool:
+    """Whether a type hint is one of an array. Since numpy 2.5 `NDArray` is no alias of `np.ndarray`."""
+    return hint is np.ndarray or get_origin(hint) in (np.ndarray, NDArray)
 
 
 def all_finite(values: Array) -> bool:

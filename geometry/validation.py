@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, ParamSpec, TypeVar, get_args, get_origin
 import numpy as np
 import numpy.typing
 
-from geometry.arrays import Array, all_finite
+from geometry.arrays import Array, all_finite, is_array
 from geometry.errors import InputError, shown
 
 Given = ParamSpec("Given")
@@ -183,12 +183,12 @@ def _turn_to(hint: Any) -> Turn:
     origin, parts = get_origin(hint), get_args(hint)
     if hint in _SIMPLE:
         return _SIMPLE[hint]
-    if origin is np.ndarray:
+    if is_array(hint) or hint is numpy.typing.ArrayLike:
         return to_floats
     if origin is Literal:
         return partial(_one_of, parts)
     if origin in (typing.Union, types.UnionType):
-        arrays = get_args(numpy.typing.ArrayLike)
+        arrays = get_args(numpy.typing.ArrayLike) or (numpy.typing.ArrayLike,)  # since numpy 2.5 a name
         if not set(arrays) <= set(parts):
             return _any_of([_turn_to(each) for each in parts])
         return _any_of([*(_turn_to(each) for each in parts if each not in arrays), to_floats])

@@ -10,7 +10,7 @@ from __future__ import annotations
 from codecs import BOM_UTF8
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, TypeVar, get_origin
+from typing import Any, TypeVar
 from zlib import crc32
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
 from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry.arrays import is_array
 from geometry.files import RECORDING, content, from_json
 from geometry.pose import unchecked_pose
 from geometry.settings import Settings
@@ -283,7 +284,7 @@ def _to_step(data: Data, _: object) -> Step:
 
 
 def _is_array(kind: Any) -> bool:
-    return kind is np.ndarray or get_origin(kind) is np.ndarray or kind == ArrayLike | None
+    return is_array(kind) or kind == ArrayLike | None
 
 
 _converter = make_converter(forbid_extra_keys=True)
