@@ -12,10 +12,13 @@ import platform
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from rti_mpcc.simulation import RunResult, load_scenario, simulate
 
 PROPERTY = "acceptance_figure"
 
@@ -97,3 +100,9 @@ def figures(record_property: Callable[[str, object], None]) -> Iterator[MutableM
     yield found
     for name, value in found.items():
         record_property(PROPERTY, [name, plain(value)])
+
+
+@pytest.fixture(scope="session")
+def undisturbed() -> Callable[[str], RunResult]:
+    """A scenario as it is built in, driven once."""
+    return cache(lambda name: simulate(load_scenario(name)))

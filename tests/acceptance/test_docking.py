@@ -30,19 +30,6 @@ MODEL_ERRORS = [
 ]
 
 
-@pytest.fixture(scope="module")
-def undisturbed() -> Callable[[str], RunResult]:
-    """The scenario as it is built in, driven once."""
-    runs: dict[str, RunResult] = {}
-
-    def run(name: str) -> RunResult:
-        if name not in runs:
-            runs[name] = simulate(load_scenario(name))
-        return runs[name]
-
-    return run
-
-
 def note(figures: Figures, result: RunResult) -> dict[str, Any]:
     found = docking_figures(result)
     figures.update(found)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController
+from geometry import Pose2, ReferencePath
+from rti_mpcc import ControllerConfig
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Driver
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18)
@@ -32,8 +33,7 @@ STARTS = {
 
 def docks(path: ReferencePath, half: float, start: Pose2) -> tuple[float | None, float]:
     """When it docks [s], or None, and the least clearance of the body on the way [m]."""
-    corridor = Corridor.from_offsets(path, left=half, right=-half)
-    controller = DockingController(path, corridor, CONFIG)
+    controller = on_lane(path, half, CONFIG)
     # In all of the corridor and its open ends, where another way may lead.
     area = controller.area
     assert area is not None

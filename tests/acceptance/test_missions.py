@@ -13,8 +13,9 @@ from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission import DockingMission, DriveTo
 from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, simulate, summary
-from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, MissionResult
+from tests.rti_mpcc.docking_runs import obeyed
 
 Figures = MutableMapping[str, Any]
 
@@ -99,10 +100,7 @@ def driven(mission: DockingMission, plant: PlantState, until: float) -> tuple[Pl
     while plant.time < until and mission.result is MissionResult.RUNNING:
         command = mission.step(plant.measured, now=plant.time)
         commands.append(command)
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, round(plant.time + config.cycle, 9))
+        plant = obeyed(plant, command, parameters, round(plant.time + config.cycle, 9))
     return plant, commands
 
 
@@ -125,10 +123,7 @@ def test_cancelled_at_any_moment_it_stands_and_the_next_mission_works(first: int
             command = mission.step(plant.measured, now=plant.time)
             assert isfinite(command.acceleration)
             assert abs(command.acceleration) <= config.limits.acceleration
-            plant = issue(
-                plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-            )
-            plant = advance(plant, parameters, round(plant.time + config.cycle, 9))
+            plant = obeyed(plant, command, parameters, round(plant.time + config.cycle, 9))
             if plant.time > began + needed + 6.0 * config.cycle:
                 assert abs(plant.v) < 0.05, moment
         assert mission.result is (MissionResult.SUCCEEDED if over else MissionResult.CANCELLED)

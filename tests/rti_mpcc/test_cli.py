@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +11,7 @@ import pytest
 from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.simulation import builtin_names, save_scenario, summary
+from tests.processes import fresh
 from tests.rti_mpcc.cli_runs import SCENARIO, refused
 from tests.rti_mpcc.short_missions import short
 
@@ -215,11 +213,6 @@ def test_interrupt_leaves_no_traceback(
 
 
 def test_module_is_the_command() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "rti_mpcc", "run", "nothing"],
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-    )
+    done = fresh("-m", "rti_mpcc", "run", "nothing")
     assert done.returncode == 2
     assert done.stderr.startswith("rti-mpcc: error: nothing: must be a .toml file or one of")

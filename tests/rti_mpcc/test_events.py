@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.world.surroundings import GOAL_REACH
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.events import PLACES, Ride
 from tests.rti_mpcc.yards import Driver, block
 
@@ -47,7 +48,7 @@ CONFIG = ControllerConfig(cycle=0.05)
 
 
 def lane(config: ControllerConfig = CONFIG) -> DockingController:
-    return DockingController(LANE, Corridor.from_offsets(LANE, left=5.0, right=-5.0), config)
+    return on_lane(LANE, 5.0, config)
 
 
 def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
@@ -76,9 +77,7 @@ def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
 @pytest.mark.parametrize("ride", ["smooth", "brisk"])
 def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, ride: str) -> None:
     """Up to the firm deceleration it is stopped in time, beyond that it comes back."""
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
     config = ControllerConfig(cycle=0.05, ride="brisk" if ride == "brisk" else "smooth")
-    controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
     first: list[bool] = []
 
     def moved(plant: PlantState) -> PlantState:
@@ -89,11 +88,11 @@ def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, 
 
     driver = Driver(
         area=_open(),
-        controller=controller,
+        controller=on_lane(40.0, 5.0, config),
         config=config,
         start=Pose2(28.0, 0.0, 0.0),
         moved=moved,
-        goal_at=lambda now: path.end,
+        goal_at=lambda now: Pose2(40.0, 0.0, 0.0),
     )
     drive = driver.drive(60.0)
     assert drive.docked

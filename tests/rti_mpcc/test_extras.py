@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
 import sys
 import tomllib
 from collections import defaultdict
@@ -13,12 +11,13 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
+from tests.processes import ROOT, fresh
 from tests.rti_mpcc.test_layers import PACKAGES, imported, module_name, sources
 
-ROOT = Path(__file__).parents[2]
 BASE = ("rti_mpcc", "rti_mpcc.mission", "rti_mpcc.recording", "rti_mpcc.simulation")
 """What a control loop imports, and the plant and the closed loop that stand for a vehicle."""
 SIM = ("rti_mpcc.report", "rti_mpcc.cli")
@@ -94,7 +93,9 @@ def test_pyproject_lists_what_is_imported_and_nothing_else() -> None:
         for extra, distributions in imports_by_extra(file).items():
             needed[extra or ("" if name in base else "sim")] |= distributions
     needed["sim"] -= needed[""]
-    assert needed == {extra: names for extra, names in listed().items() if extra not in ("docs", "release", "test")}
+    assert needed == {
+        extra: names for extra, names in listed().items() if extra not in ("docs", "release", "test")
+    }
 
 
 BLOCK = f"import sys; sys.modules.update(dict.fromkeys({REFUSED}))\n"
@@ -136,15 +137,9 @@ print(len(result.cycles.speed) > 1)
 """
 
 
-def without_extras(code: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def without_extras(code: str, folder: Path, *arguments: str) -> CompletedProcess[str]:
     """A fresh process that has the base libraries only."""
-    return subprocess.run(
-        [sys.executable, "-c", BLOCK + code, *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-    )
+    return fresh("-c", BLOCK + code, *arguments, folder=folder)
 
 
 @pytest.mark.parametrize("code", [IN_A_LOOP, ON_A_MAP, IN_SIMULATION])

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Drive, Driver, block
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)
@@ -82,12 +83,9 @@ def driven(kind: str, seed: int, way: str = "") -> Drive:
     def obstacles_at(now: float) -> Sequence[Array]:
         return OBSTACLES[way](standing_at(now), random) if way in OBSTACLES else standing_at(now)
 
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 17.0)])
-    corridor = Corridor.from_offsets(path, left=8.0, right=-8.0)
-    on_path = DockingController(path, corridor, CONFIG) if kind == "path" else None
     driver = Driver(
         area=ROOM,
-        controller=on_path or DockingController.in_area(ROOM, CONFIG),
+        controller=on_lane(17.0, 8.0, CONFIG) if kind == "path" else DockingController.in_area(ROOM, CONFIG),
         config=CONFIG,
         goal_at=goal_at,
         obstacles_at=obstacles_at,

@@ -11,8 +11,9 @@ from math import hypot, radians
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Limits, Status
+from geometry import Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, Limits, Status
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 CONFIG = ControllerConfig(dead_time=0.18)
@@ -51,9 +52,8 @@ def driven(
     turn: float = 1.0,
 ) -> Drive:
     path = COURSES[course]
-    controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
     return drive(
-        controller,
+        on_lane(path, 5.0, config),
         Car(config=config, slope=slope, offset=offset, lag=lag, turn=turn),
         path.start,
         seconds,

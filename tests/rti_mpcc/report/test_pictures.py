@@ -64,6 +64,15 @@ def mission() -> tuple[RunResult, Ride]:
     return driven(short())
 
 
+def assert_nothing_is_cut_off(figure: Figure) -> None:
+    """The edges of its picture are white: tight pictures have a rim around all that is drawn."""
+    stream = BytesIO()
+    draw.save(figure, stream)
+    picture = np.asarray(Image.open(stream).convert("L"))
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert edge.min() == 255
+
+
 def labels(where: Axes | Figure) -> list[str]:
     """The entries of a legend."""
     legend = where.legends[0] if isinstance(where, Figure) else where.get_legend()
@@ -156,14 +165,9 @@ def test_timeline_shares_its_time_axis_and_names_units(ride: Ride, figures: dict
 def test_nothing_of_the_written_pictures_is_cut_off(
     which: str, ride: Ride, mission: tuple[RunResult, Ride]
 ) -> None:
-    """The edges of the pictures are white: tight pictures have a rim around all that is drawn."""
     shown = ride if which == "run" else mission[1]
     for figure in (overview_figure(shown), timeline_figure(shown, {"time_to_dock_s": 1.0})):
-        stream = BytesIO()
-        draw.save(figure, stream)
-        picture = np.asarray(Image.open(stream).convert("L"))
-        for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
-            assert edge.min() == 255
+        assert_nothing_is_cut_off(figure)
 
 
 # The goal's rows: GOAL is the true one, and looks along y.

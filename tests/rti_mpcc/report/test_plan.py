@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +10,14 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from PIL import Image
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.report import draw
 from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
+from tests.rti_mpcc.report.test_pictures import assert_nothing_is_cut_off, drawn
 
 CONFIG = ControllerConfig()
 START = Pose2(1.0, 2.0, 0.3)
@@ -87,19 +85,15 @@ def labels(axes: Axes) -> set[str]:
     return set(axes.get_legend_handles_labels()[1])
 
 
-def drawn(axes: Axes, label: str) -> Any:
-    return next(one for one in axes.get_children() if one.get_label() == label)
-
-
 def test_plane_shows_obstacles_ends_route_and_cusps(figure: Figure) -> None:
     axes = figure.axes[0]
     assert labels(axes) == {"static obstacle", "start", "goal", "forward", "reverse", "cusp"}
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == ("x [m]", "y [m]", 1.0)
     for label, pose in (("start", PATH.start), ("goal", PATH.end)):
         (body,) = body_polygons(np.array([[pose.x, pose.y, pose.phi]]), Vehicle())
-        assert np.asarray(drawn(axes, label).get_paths()[0].vertices)[:4] == pytest.approx(body)
+        assert np.asarray(drawn(figure, label).get_paths()[0].vertices)[:4] == pytest.approx(body)
     cusps = np.array([(part.last.x, part.last.y) for part in PATH.parts[:2]])
-    assert np.asarray(drawn(axes, "cusp").get_offsets()) == pytest.approx(cusps)
+    assert np.asarray(drawn(figure, "cusp").get_offsets()) == pytest.approx(cusps)
     (reverse,) = (line for line in axes.get_lines() if line.get_label() == "reverse")
     ends = np.array([(pose.x, pose.y) for pose in (PATH.parts[1].first, PATH.parts[1].last)])
     assert np.asarray(reverse.get_xydata())[[0, -1]] == pytest.approx(ends)
@@ -130,8 +124,4 @@ FAR = Pose2(7_008_600_719.0, -8_722_360_256.0, 0.5)
 @pytest.mark.parametrize("found", [True, False])
 def test_nothing_is_cut_off(area: Area, path: ReferencePath, found: bool) -> None:
     manoeuvre = manoeuvre_along(path) if found else no_manoeuvre(path.start, path.end)
-    stream = BytesIO()
-    draw.save(plan_figure("a_rather_long_name_of_a_scenario", area, manoeuvre, CONFIG), stream)
-    picture = np.asarray(Image.open(stream).convert("L"))
-    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
-        assert edge.min() == 255
+    assert_nothing_is_cut_off(plan_figure("a_rather_long_name_of_a_scenario", area, manoeuvre, CONFIG))

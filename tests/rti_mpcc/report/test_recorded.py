@@ -11,7 +11,7 @@ from rti_mpcc.recording import Recorder
 from rti_mpcc.report.recorded import recorded_summary
 from rti_mpcc.report.ride import ride_of_recording
 from rti_mpcc.simulation import changed, docking_controller, load_scenario, simulate, summary
-from tests.rti_mpcc.recording.recordings import EVENTFUL, SCENARIO, drive, eventful
+from tests.rti_mpcc.recording.recordings import EVENTFUL, eventful_recording
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +47,7 @@ def test_the_time_in_each_status_is_the_whole_time(both: tuple[dict[str, Any], d
 
 
 def test_odd_measurements_and_clocks_count_for_no_motion(tmp_path: Path) -> None:
-    file = tmp_path / "eventful.jsonl"
-    with Recorder(docking_controller(SCENARIO), file) as recorder:
-        drive(recorder, range(EVENTFUL), eventful)
-    figures = recorded_summary(ride_of_recording(file))
+    figures = recorded_summary(ride_of_recording(eventful_recording(tmp_path / "eventful.jsonl")))
     assert figures["cycles"] == EVENTFUL
     assert figures["docked"] is False
     assert figures["time_to_dock_s"] is None

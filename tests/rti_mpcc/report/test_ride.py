@@ -11,16 +11,13 @@ from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.ride import Ride, ride_of_recording
 from rti_mpcc.simulation import RunResult, docking_controller
-from tests.rti_mpcc.recording.recordings import BLIND, EVENTFUL, SCENARIO, drive, eventful
+from tests.rti_mpcc.recording.recordings import BLIND, EVENTFUL, SCENARIO, eventful_recording
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording with obstacles that come and go, a clock that goes back, and a cycle without a position."""
-    file = tmp_path_factory.mktemp("ride") / "eventful.jsonl"
-    with Recorder(docking_controller(SCENARIO), file) as recorder:
-        drive(recorder, range(EVENTFUL), eventful)
-    return file
+    return eventful_recording(tmp_path_factory.mktemp("ride") / "eventful.jsonl")
 
 
 @pytest.fixture(scope="module")

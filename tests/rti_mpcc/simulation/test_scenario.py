@@ -25,7 +25,7 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
-from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
+from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_yard
 from tests.rti_mpcc.yards import BRISK
 
 IN_AN_AREA = [name for name in builtin_names() if load_scenario(name).in_area]
@@ -213,7 +213,7 @@ def test_everything_a_file_may_have_comes_back(tables: dict[str, Any], tmp_path:
 def test_files_lie_beside_the_scenario_and_are_found_from_elsewhere(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_map(tmp_path)
+    write_yard(tmp_path)
     rows = ["x,y,heading,direction", *(f"{x},0.0,0.0,1" for x in range(0, 11, 2))]
     (tmp_path / "way.csv").write_text("\n".join(rows))
     file = tmp_path / "mine.toml"
