@@ -27,5 +27,5 @@ def fresh(
 def printed(*arguments: str, **options: Any) -> str:
     """What it prints, without an error."""
     done = fresh(*arguments, **options)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.strip()

@@ -10,7 +10,7 @@ import json
 import math
 import platform
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -94,7 +94,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture
-def figures(record_property: Callable[[str, object], None]) -> Iterator[MutableMapping[str, Any]]:
+def figures(record_property: Callable[[str, object], None]) -> Iterator[dict[str, Any]]:
     """Figures of the running test by name: numbers, text, and lists and mappings of them."""
     found: dict[str, Any] = {}
     yield found

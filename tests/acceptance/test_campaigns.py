@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import pytest
@@ -24,7 +23,7 @@ MAY_BE_LOST = 1
 
 
 @pytest.mark.parametrize(("level", "part"), PARTS)
-def test_cases_dock_and_touch_nothing(level: Level, part: int, figures: MutableMapping[str, Any]) -> None:
+def test_cases_dock_and_touch_nothing(level: Level, part: int, figures: dict[str, Any]) -> None:
     rows = [
         drive_case(CampaignCase(seed=1, level=level, index=index))
         for index in range(part * PART, (part + 1) * PART)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
@@ -46,7 +45,7 @@ def docks(path: ReferencePath, half: float, start: Pose2) -> tuple[float | None,
 @pytest.mark.parametrize("half", [2.0, 3.0, 5.0])
 @pytest.mark.parametrize("name", PATHS)
 def test_paths_of_few_waypoints_and_with_corners_are_docked_along(
-    name: str, half: float, direction: int, figures: MutableMapping[str, Any]
+    name: str, half: float, direction: int, figures: dict[str, Any]
 ) -> None:
     path = ReferencePath.from_waypoints(np.array(PATHS[name], dtype=float), direction)
     docked, clearance = docks(path, half, path.start)
@@ -56,7 +55,7 @@ def test_paths_of_few_waypoints_and_with_corners_are_docked_along(
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_starts_off_the_path_are_joined_to_it(name: str, figures: MutableMapping[str, Any]) -> None:
+def test_starts_off_the_path_are_joined_to_it(name: str, figures: dict[str, Any]) -> None:
     path = ReferencePath.from_waypoints([(0.0, 0.0), (20.0, 0.0), (40.0, 5.0)])
     docked, clearance = docks(path, 5.0, path.start.compose(STARTS[name]))
     figures["docked_s"], figures["clearance_m"] = docked, clearance

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from math import isfinite, radians
 from typing import Any
 
@@ -16,8 +15,6 @@ from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, sim
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, MissionResult
 from tests.rti_mpcc.docking_runs import obeyed
-
-Figures = MutableMapping[str, Any]
 
 SEEDS = range(20)
 DRAWN_SEED, DRAWN, AT_ONCE = 4242, 100, 5
@@ -44,7 +41,7 @@ def standstills(figures_of: Any) -> int:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_built_in_mission_connects(seed: int, figures: Figures) -> None:
+def test_the_built_in_mission_connects(seed: int, figures: dict[str, Any]) -> None:
     result = simulate(load_scenario("docking_mission"), seed=seed)
     told = summary(result)
     contact = next(step for step in told["mission"] if step["kind"] == "straight")
@@ -62,7 +59,7 @@ def test_the_built_in_mission_connects(seed: int, figures: Figures) -> None:
 
 
 @pytest.mark.parametrize("first", range(0, DRAWN, AT_ONCE))
-def test_drawn_missions_connect_or_say_why_not(first: int, figures: Figures) -> None:
+def test_drawn_missions_connect_or_say_why_not(first: int, figures: dict[str, Any]) -> None:
     wrong, peaks = [], []
     for number in range(first, first + AT_ONCE):
         drawn = drawn_mission(DRAWN_SEED, number)

@@ -6,7 +6,6 @@ parts of a level, by the last one of it.
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ PARKING = sorted((Path(__file__).parents[3] / "shared" / "parking").glob("*.toml
 
 
 @pytest.mark.parametrize(("level", "part"), PARTS)
-def test_scenes_dock_and_touch_nothing(level: Level, part: int, figures: MutableMapping[str, Any]) -> None:
+def test_scenes_dock_and_touch_nothing(level: Level, part: int, figures: dict[str, Any]) -> None:
     cases = range(part * PART, (part + 1) * PART)
     rows = [
         drive_case(CampaignCase(seed=SEED, level=level, index=index, problems=Problems.SCENES))
@@ -42,9 +41,7 @@ def test_scenes_dock_and_touch_nothing(level: Level, part: int, figures: Mutable
 
 
 @pytest.mark.parametrize("part", range(4))
-def test_with_a_deadline_no_command_is_late_because_of_planning(
-    part: int, figures: MutableMapping[str, Any]
-) -> None:
+def test_with_a_deadline_no_command_is_late_because_of_planning(part: int, figures: dict[str, Any]) -> None:
     late, docked = 0, 0
     for index in range(part * PART, (part + 1) * PART):
         case = CampaignCase(
@@ -59,7 +56,7 @@ def test_with_a_deadline_no_command_is_late_because_of_planning(
 
 
 @pytest.mark.skipif(not PARKING, reason="the public parking cases are not beside the repository (../shared)")
-def test_nine_of_ten_public_parking_cases_are_docked(figures: MutableMapping[str, Any]) -> None:
+def test_nine_of_ten_public_parking_cases_are_docked(figures: dict[str, Any]) -> None:
     told = {file.stem: summary(simulate(load_scenario(str(file)))) for file in PARKING}
     figures["docked_s"] = {name: each["time_to_dock_s"] for name, each in told.items()}
     assert sum(each["docked"] for each in told.values()) >= 0.9 * len(PARKING)

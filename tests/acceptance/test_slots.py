@@ -8,7 +8,6 @@ and touch nothing. The shape `early` is crept through, within comfort, which cos
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,7 @@ def s_bend(arc: float, straight: float, direction: int) -> Scenario:
 
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_slot_is_driven_through(shape: str, direction: int, figures: MutableMapping[str, Any]) -> None:
+def test_the_slot_is_driven_through(shape: str, direction: int, figures: dict[str, Any]) -> None:
     result = simulate(s_bend(*SHAPES[shape], direction))
     told = summary(result)
     peak, comfort = told["peak"], told["comfort"]

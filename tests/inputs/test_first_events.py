@@ -79,11 +79,6 @@ def test_functions_that_a_cycle_calls_import_nothing() -> None:
     assert found == BEFORE_A_CYCLE
 
 
-def test_the_filter_library_brings_no_drawing() -> None:
-    made = "import sys, rti_mpcc; rti_mpcc.GoalPoseFilter(); print('matplotlib' in sys.modules)"
-    assert printed("-c", made) == "False"
-
-
 class Ring:
     """Refers to itself: garbage that a collection only finds."""
 

@@ -182,6 +182,14 @@ def docking_figures(result: RunResult) -> dict[str, Any]:
     }
 
 
+def assert_docked(result: RunResult) -> dict[str, Any]:
+    """Docked, and nothing was touched."""
+    found = docking_figures(result)
+    assert found["docked"], (found, result.cycles.status[-1], result.cycles.reason[-1])
+    assert found["min_clearance_m"] > 0.0
+    return found
+
+
 def step_at_change_over(result: RunResult) -> float:
     """Largest change [m/s²] of the commanded acceleration where contouring turns into an arrival."""
     changes, objectives = np.abs(np.diff(result.cycles.acceleration)), pairwise(result.cycles.objective)

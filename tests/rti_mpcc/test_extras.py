@@ -137,6 +137,17 @@ print(len(result.cycles.speed) > 1)
 """
 
 
+WRITES = "from rti_mpcc import simulation as s; s.scenario_text(s.load_scenario('docking_inside'))"
+DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
+DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
+SPREADS = """
+from pathlib import Path
+from rti_mpcc.simulation.campaign import run_campaign
+run_campaign([], Path(), dask="tcp://nowhere")
+"""
+DETECTS = "import rti_mpcc as r; r.CharucoGoalDetector(r.Camera(), r.CharucoBoard())"
+
+
 def without_extras(code: str, folder: Path, *arguments: str) -> CompletedProcess[str]:
     """A fresh process that has the base libraries only."""
     return fresh("-c", BLOCK + code, *arguments, folder=folder)
@@ -153,35 +164,11 @@ def test_the_base_is_enough_to(code: str, tmp_path: Path) -> None:
     ("code", "need", "extra"),
     [
         ("import rti_mpcc.report.overview", "the command line, pictures and tables need rich", "sim"),
-        ("from rti_mpcc.cli import main", "the command line, pictures and tables need rich", "sim"),
-        (
-            "from rti_mpcc.simulation import load_scenario, scenario_text\n"
-            "scenario_text(load_scenario('docking_inside'))",
-            "writing a scenario file needs tomlkit",
-            "sim",
-        ),
-        (
-            "from rti_mpcc.simulation.batch import drive_all\ndrive_all([])",
-            "driving many runs needs joblib",
-            "sim",
-        ),
-        (
-            "from rti_mpcc.simulation.campaign import run_campaign\nfrom pathlib import Path\n"
-            "run_campaign([], Path(), dask='tcp://nowhere')",
-            "a Dask cluster needs distributed",
-            "cluster",
-        ),
-        (
-            "from rti_mpcc.recording import McapLog\nMcapLog('ride.mcap')",
-            "an MCAP file needs mcap",
-            "mcap",
-        ),
-        (
-            "from rti_mpcc import Camera, CharucoBoard, CharucoGoalDetector\n"
-            "CharucoGoalDetector(Camera(), CharucoBoard())",
-            "detecting a ChArUco board needs OpenCV",
-            "vision",
-        ),
+        (WRITES, "writing a scenario file needs tomlkit", "sim"),
+        (DRIVES, "driving many runs needs joblib", "sim"),
+        (SPREADS, "a Dask cluster needs distributed", "cluster"),
+        ("from rti_mpcc.recording import McapLog; McapLog('ride.mcap')", "an MCAP file needs mcap", "mcap"),
+        (DETECTS, "detecting a ChArUco board needs OpenCV", "vision"),
     ],
 )
 def test_a_missing_extra_is_named_in_one_sentence(code: str, need: str, extra: str, tmp_path: Path) -> None:

@@ -72,9 +72,11 @@ def test_the_command_line_loads_what_only_some_commands_need_where_one_is_asked_
     assert not heavy & packages_after("import rti_mpcc.cli")
 
 
-def test_estimation_loads_filterpy_with_the_first_filter() -> None:
+def test_estimation_loads_filterpy_with_the_first_filter_and_that_no_drawing() -> None:
     assert "filterpy" not in packages_after("import estimation; estimation.GoalFilterConfig()")
-    assert "filterpy" in packages_after("import estimation; estimation.GoalPoseFilter()")
+    made = packages_after("import rti_mpcc; rti_mpcc.GoalPoseFilter()")
+    assert "filterpy" in made
+    assert "matplotlib" not in made
 
 
 @pytest.mark.acceptance

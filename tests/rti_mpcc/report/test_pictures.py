@@ -25,6 +25,7 @@ from rti_mpcc.types import Status
 from tests.rti_mpcc.planned import OnPlannedPath
 from tests.rti_mpcc.report.conftest import driven
 from tests.rti_mpcc.short_missions import short
+from tests.rti_mpcc.simulation.conftest import area_tables
 
 MOTION = [
     "speed\n[m/s]",
@@ -38,13 +39,7 @@ COMPUTING = "time a cycle\n[ms]"
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.05, 6.0), (-1, 0.0, 4.0)])
 OTHER = ReferencePath.from_segments(Pose2(0.5, 0.0, 0.0), [(1, 0.0, 6.0)])
 WALL = np.array([[14.0, -3.0], [14.5, -3.0], [14.5, -2.0], [14.0, -2.0]])
-HALL = {
-    "name": "hall",
-    "start": {"pose": [0.0, 0.0, 0.0]},
-    "area": {
-        "boundary": [[-5.0, -6.0], [25.0, -6.0], [25.0, 6.0], [-5.0, 6.0]],
-        "obstacles": [[[8.0, 4.0], [10.0, 4.0], [10.0, 5.0], [8.0, 5.0]]],
-    },
+HALL = area_tables() | {
     "goal": {"pose": [PATH.end.x, PATH.end.y, PATH.end.phi]},
     "simulation": {"duration": 2.0, "cycle": 0.1},
 }

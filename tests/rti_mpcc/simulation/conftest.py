@@ -21,6 +21,7 @@ from rti_mpcc.types import (
     Diagnostics,
     EffectiveWeights,
     Objective,
+    Obstacle,
     Source,
     Status,
     Trajectory,
@@ -57,9 +58,7 @@ class Scripted:
     part: Callable[[float], int] = lambda now: 0
     iterations: Callable[[float], int] = lambda now: 10
     docked: Callable[[float], bool] = lambda now: True
-    given: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(
-        default_factory=list
-    )
+    given: list[tuple[float, VehicleState, Pose2 | None, Any]] = field(default_factory=list)
     detections: list[tuple[GoalMeasurement, ...]] = field(default_factory=list)
 
     def step(
@@ -69,7 +68,7 @@ class Scripted:
         now: float,
         goal: Pose2 | None = None,
         measurements: Sequence[GoalMeasurement] = (),
-        obstacles: Sequence[Array] | None = None,
+        obstacles: Sequence[Array | Obstacle] | None = None,
     ) -> Command:
         self.given.append((now, state, goal, obstacles))
         self.detections.append(tuple(measurements))
@@ -121,16 +120,6 @@ class ScriptedPlanner(Scripted):
         self.replans += self.path is not None and path is not self.path
         self.path = path
         return super().step(state, now=now, **given)
-
-
-@pytest.fixture
-def scripted() -> type[Scripted]:
-    return Scripted
-
-
-@pytest.fixture
-def scripted_planner() -> type[ScriptedPlanner]:
-    return ScriptedPlanner
 
 
 def straight_tables() -> dict[str, Any]:
