@@ -57,14 +57,9 @@ def test_a_controller_imports_the_planner_when_it_is_made_if_it_may_replan(recov
     assert printed("-c", PATH.format(recovery=recovery)) == f"[] {recovery}"
 
 
-@pytest.fixture(scope="module")
-def loaded() -> set[str]:
-    return packages_after("import rti_mpcc; rti_mpcc.DockingController")
-
-
-@pytest.mark.parametrize("library", ["matplotlib", "filterpy", "rich", "cv2", "pandas"])
-def test_import_does_not_load(loaded: set[str], library: str) -> None:
-    assert library not in loaded
+def test_a_control_loop_loads_no_drawing_no_tables_and_no_filter() -> None:
+    heavy = {"matplotlib", "filterpy", "rich", "cv2", "pandas"}
+    assert not heavy & packages_after("import rti_mpcc; rti_mpcc.DockingController")
 
 
 def test_the_command_line_loads_what_only_some_commands_need_where_one_is_asked_for() -> None:

@@ -245,7 +245,8 @@ def test_what_takes_too_long_is_tried_again_and_given_up_or_passed_over(planned:
         ("wait", 1, 0, SUCCEEDED),
     ]
     assert mission.result is SUCCEEDED
-    assert_stays(drive, mission.log[-1].end or inf)
+    if planned:
+        assert_stays(drive, mission.log[-1].end or inf)
 
 
 def test_a_straight_move_with_too_large_an_error_is_told_before_it_begins_and_docked_for_once_more() -> None:
