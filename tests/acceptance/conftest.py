@@ -10,12 +10,15 @@ import json
 import math
 import platform
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from rti_mpcc.simulation import RunResult, load_scenario, simulate
 
 PROPERTY = "acceptance_figure"
 
@@ -91,9 +94,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture
-def figures(record_property: Callable[[str, object], None]) -> Iterator[MutableMapping[str, Any]]:
+def figures(record_property: Callable[[str, object], None]) -> Iterator[dict[str, Any]]:
     """Figures of the running test by name: numbers, text, and lists and mappings of them."""
     found: dict[str, Any] = {}
     yield found
     for name, value in found.items():
         record_property(PROPERTY, [name, plain(value)])
+
+
+@pytest.fixture(scope="session")
+def undisturbed() -> Callable[[str], RunResult]:
+    """A scenario as it is built in, driven once."""
+    return cache(lambda name: simulate(load_scenario(name)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from math import inf
 from typing import Any
 
@@ -32,7 +31,7 @@ CASES = [
 
 @pytest.mark.parametrize(("seed", "level", "index", "over"), CASES)
 def test_a_case_that_was_lost_docks(
-    seed: int, level: Level, index: int, over: float, figures: MutableMapping[str, Any]
+    seed: int, level: Level, index: int, over: float, figures: dict[str, Any]
 ) -> None:
     row = drive_case(CampaignCase(seed=seed, level=level, index=index))
     assert row.outcome is CaseOutcome.DOCKED

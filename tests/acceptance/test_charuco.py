@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,6 @@ from geometry import Pose2
 from rti_mpcc.simulation import Detector, RunResult, Scenario, changed, load_scenario, simulate
 from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
 from rti_mpcc.simulation.goal_feed import CameraDetector
-
-Figures = MutableMapping[str, Any]
 
 CAMERA, BOARD = Camera(), CharucoBoard()
 SEEDS = range(5)
@@ -43,7 +40,7 @@ def eye(seed: int, seen: list[CharucoDetection | None], optics: Optics) -> Detec
     )
 
 
-def judge(result: RunResult, seen: list[CharucoDetection | None], figures: Figures) -> None:
+def judge(result: RunResult, seen: list[CharucoDetection | None], figures: dict[str, Any]) -> None:
     """Docked, and at the true pose: 0.05 m, 0.05 m, 2 deg."""
     truth = result.truth
     error = Pose2(*truth.poses[-1]).relative_to(Pose2(*truth.goals[-1]))
@@ -58,7 +55,7 @@ def judge(result: RunResult, seen: list[CharucoDetection | None], figures: Figur
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_docks_at_the_true_pose(name: str, seed: int, figures: Figures) -> None:
+def test_docks_at_the_true_pose(name: str, seed: int, figures: dict[str, Any]) -> None:
     seen: list[CharucoDetection | None] = []
     result = simulate(by_camera(name), seed=seed, detector=eye(seed, seen, Optics()))
     judge(result, seen, figures)
@@ -69,7 +66,7 @@ def test_docks_at_the_true_pose(name: str, seed: int, figures: Figures) -> None:
     [Optics(exposure=0.3, noise=6.0), Optics(exposure=1.6), Optics(blur=1.6, noise=6.0)],
     ids=["dark", "glaring", "out of focus"],
 )
-def test_docks_in_bad_light_and_out_of_focus(optics: Optics, figures: Figures) -> None:
+def test_docks_in_bad_light_and_out_of_focus(optics: Optics, figures: dict[str, Any]) -> None:
     seen: list[CharucoDetection | None] = []
     result = simulate(by_camera("docking_inside"), seed=0, detector=eye(0, seen, optics))
     judge(result, seen, figures)

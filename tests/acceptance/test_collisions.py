@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ def test_the_promises_hold_for_what_appears_anywhere(chunk: int) -> None:
 @pytest.mark.parametrize("lag", [0.0, 0.2])
 @pytest.mark.parametrize("number", range(100))
 def test_nobody_who_walks_in_plain_sight_is_run_into(
-    number: int, lag: float, figures: MutableMapping[str, Any]
+    number: int, lag: float, figures: dict[str, Any]
 ) -> None:
     kind, found = meet(number, 191, lag=lag)
     figures["walk"] = kind

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import pytest
@@ -14,7 +13,6 @@ from benchmarks.reproduction.verdicts import claims
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import Case, drive
 
-Figures = MutableMapping[str, Any]
 OVER = 1.15
 """So many times comfort a peak may be."""
 SOONER, LATER = 0.95, 1.03
@@ -34,7 +32,7 @@ def asked(case: Case) -> str:
 
 
 @pytest.mark.parametrize("case", comfort_cases(), ids=asked)
-def test_comfort_and_time_asked_for_are_driven(case: Case, figures: Figures) -> None:
+def test_comfort_and_time_asked_for_are_driven(case: Case, figures: dict[str, Any]) -> None:
     found = drive(case).figures
     figures.update({name: found[name] for name in ("time_to_dock_s", "expected_time_s", "peak", "comfort")})
     assert found["docked"]
@@ -56,7 +54,7 @@ def test_comfort_and_time_asked_for_are_driven(case: Case, figures: Figures) -> 
         ("long_approach", 1.5),
     ],
 )
-def test_longer_routes_take_the_time_asked_for(name: str, share: float, figures: Figures) -> None:
+def test_longer_routes_take_the_time_asked_for(name: str, share: float, figures: dict[str, Any]) -> None:
     scenario = load_scenario(name)
     usual = summary(simulate(scenario))["time_to_dock_s"]
     seconds = share * usual
@@ -66,7 +64,7 @@ def test_longer_routes_take_the_time_asked_for(name: str, share: float, figures:
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_the_front_reaches_seven_tenths_of_the_published_time(name: str, figures: Figures) -> None:
+def test_the_front_reaches_seven_tenths_of_the_published_time(name: str, figures: dict[str, Any]) -> None:
     published = published_run(name, "dynamic")
     found = summary(simulate(changed(load_scenario(name), {"controller.comfort_acceleration": 0.6})))
     figures["time_to_tolerance_s"] = found["time_to_tolerance_s"]
@@ -74,7 +72,7 @@ def test_the_front_reaches_seven_tenths_of_the_published_time(name: str, figures
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_preset_paper_comes_out_as_published(name: str, figures: Figures) -> None:
+def test_preset_paper_comes_out_as_published(name: str, figures: dict[str, Any]) -> None:
     runs = {}
     for method in METHODS:
         result = simulate(load_scenario(name), preset="paper", method=method)

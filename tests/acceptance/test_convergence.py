@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import pytest
@@ -31,7 +30,7 @@ def test_repeated_iterations_solve_the_nonlinear_program(
     preset: str,
     times: list[float],
     monkeypatch: pytest.MonkeyPatch,
-    figures: MutableMapping[str, Any],
+    figures: dict[str, Any],
 ) -> None:
     problems = take(load_scenario(scenario), preset, times, monkeypatch)
     assert len(problems) == len(times), "the run ended before the last of the times"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,6 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate
 from tests.rti_mpcc.docking_runs import DOCKING, docking_figures, statuses
-
-Figures = MutableMapping[str, Any]
 
 LATEST = {"docking_inside": 23.0, "docking_behind": 26.0}
 """Time to tolerance, at most [s]."""
@@ -30,20 +28,7 @@ MODEL_ERRORS = [
 ]
 
 
-@pytest.fixture(scope="module")
-def undisturbed() -> Callable[[str], RunResult]:
-    """The scenario as it is built in, driven once."""
-    runs: dict[str, RunResult] = {}
-
-    def run(name: str) -> RunResult:
-        if name not in runs:
-            runs[name] = simulate(load_scenario(name))
-        return runs[name]
-
-    return run
-
-
-def note(figures: Figures, result: RunResult) -> dict[str, Any]:
+def note(figures: dict[str, Any], result: RunResult) -> dict[str, Any]:
     found = docking_figures(result)
     figures.update(found)
     figures["statuses"] = statuses(result)
@@ -51,7 +36,7 @@ def note(figures: Figures, result: RunResult) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_default_docks(name: str, undisturbed: Callable[[str], RunResult], figures: Figures) -> None:
+def test_default_docks(name: str, undisturbed: Callable[[str], RunResult], figures: dict[str, Any]) -> None:
     found = note(figures, undisturbed(name))
     assert found["docked"]
     assert found["time_to_tolerance_s"] <= LATEST.get(name, np.inf)
@@ -63,13 +48,13 @@ def test_default_docks(name: str, undisturbed: Callable[[str], RunResult], figur
 
 
 @pytest.mark.parametrize("name", DOCKING[:3])
-def test_paper_docks(name: str, figures: Figures) -> None:
+def test_paper_docks(name: str, figures: dict[str, Any]) -> None:
     found = note(figures, simulate(load_scenario(name), preset="paper"))
     assert found["docked"]
 
 
 def test_path_following_passes_the_cusp_and_stops_at_the_end(
-    undisturbed: Callable[[str], RunResult], figures: Figures
+    undisturbed: Callable[[str], RunResult], figures: dict[str, Any]
 ) -> None:
     result = undisturbed("path_following")
     found = note(figures, result)
@@ -93,7 +78,7 @@ def test_path_following_passes_the_cusp_and_stops_at_the_end(
 @pytest.mark.parametrize("cycle", [0.01, 0.1])
 @pytest.mark.parametrize("name", DOCKING)
 def test_the_cycle_hardly_matters(
-    name: str, cycle: float, undisturbed: Callable[[str], RunResult], figures: Figures
+    name: str, cycle: float, undisturbed: Callable[[str], RunResult], figures: dict[str, Any]
 ) -> None:
     found = note(figures, simulate(changed(load_scenario(name), {"simulation.cycle": cycle})))
     usual = docking_figures(undisturbed(name))["time_to_tolerance_s"]
@@ -105,7 +90,9 @@ def test_the_cycle_hardly_matters(
 
 @pytest.mark.parametrize("cycle", [0.005, 0.2])
 @pytest.mark.parametrize("name", DOCKING)
-def test_docks_at_the_shortest_and_the_longest_cycle(name: str, cycle: float, figures: Figures) -> None:
+def test_docks_at_the_shortest_and_the_longest_cycle(
+    name: str, cycle: float, figures: dict[str, Any]
+) -> None:
     clock = {"simulation.cycle": cycle, "simulation.plant_step": min(cycle, 0.01)}
     found = note(figures, simulate(changed(load_scenario(name), clock)))
     assert found["docked"]
@@ -115,7 +102,7 @@ def test_docks_at_the_shortest_and_the_longest_cycle(name: str, cycle: float, fi
 @pytest.mark.parametrize(("key", "value"), MODEL_ERRORS)
 @pytest.mark.parametrize("name", DOCKING)
 def test_docks_with_a_plant_that_differs_from_the_model(
-    name: str, key: str, value: float, figures: Figures
+    name: str, key: str, value: float, figures: dict[str, Any]
 ) -> None:
     found = note(figures, simulate(changed(load_scenario(name), {key: value})))
     assert found["docked"]

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from statistics import mean
 from typing import Any
 
 import pytest
 
 from rti_mpcc.simulation import GoalSource, Scenario, load_scenario, simulate, summary
-
-Figures = MutableMapping[str, Any]
 
 SEEDS = range(50)
 DOCKED_AT_LEAST = 49
@@ -30,7 +27,7 @@ def run(scenario: Scenario, seed: int, source: GoalSource) -> dict[str, Any]:
     }
 
 
-def test_docking_noisy_docks_on_the_true_goal_and_filtering_saves_steering(figures: Figures) -> None:
+def test_docking_noisy_docks_on_the_true_goal_and_filtering_saves_steering(figures: dict[str, Any]) -> None:
     """One test for all seeds: the sources are compared over those that dock whatever the source.
 
     One that does not dock steers on until its end. The state is measured exactly: one known goal serves all.
@@ -59,7 +56,9 @@ def test_docking_noisy_docks_on_the_true_goal_and_filtering_saves_steering(figur
 
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("name", ["docking_moving_goal", "docking_blackout"])
-def test_moving_goal_and_blackout_dock_on_the_true_goal(name: str, seed: int, figures: Figures) -> None:
+def test_moving_goal_and_blackout_dock_on_the_true_goal(
+    name: str, seed: int, figures: dict[str, Any]
+) -> None:
     found = run(load_scenario(name), seed, GoalSource.DETECTED)
     figures.update(found)
     assert found["docked"]

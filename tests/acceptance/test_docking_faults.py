@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any, get_args
 
 import pytest
@@ -10,8 +9,6 @@ import pytest
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.simulation.faults import Kind
 from tests.rti_mpcc.fault_runs import check_all, fault_figures, with_fault
-
-Figures = MutableMapping[str, Any]
 
 ONSETS = {"forward": 6.0, "before the cusp": 16.0, "bend in reverse": 30.0, "narrowing": 40.0}
 """When a fault begins [s], by where the vehicle is then."""
@@ -35,7 +32,7 @@ CASES = [
 @pytest.mark.parametrize(("kind", "seconds", "size"), CASES)
 @pytest.mark.parametrize("place", ONSETS)
 def test_a_fault_ends_docked_or_standing_with_a_reason(
-    kind: str, seconds: float, size: float | None, place: str, figures: Figures
+    kind: str, seconds: float, size: float | None, place: str, figures: dict[str, Any]
 ) -> None:
     scenario = with_fault(load_scenario("docking_full_course"), kind, ONSETS[place], seconds, size)
     result = simulate(scenario)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable
 from math import pi
 from typing import Any
 
@@ -14,7 +14,6 @@ from geometry import Pose2
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, load_scenario, simulate, summary
 from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
 
-Figures = MutableMapping[str, Any]
 Runs = Callable[[str], RunResult]
 
 SAME = 5e-3
@@ -24,20 +23,7 @@ SAME_FAR_AWAY = 0.01
 """The same for a run 5 km from the origin [m]."""
 
 
-@pytest.fixture(scope="module")
-def base() -> Runs:
-    """The scenario where it is built in, driven once."""
-    runs: dict[str, RunResult] = {}
-
-    def run(name: str) -> RunResult:
-        if name not in runs:
-            runs[name] = simulate(load_scenario(name))
-        return runs[name]
-
-    return run
-
-
-def compare(base: RunResult, other: RunResult, poses: Any, figures: Figures) -> float:
+def compare(base: RunResult, other: RunResult, poses: Any, figures: dict[str, Any]) -> float:
     """Largest distance of `poses` (the other run's, carried back) from the base run's [m]."""
     distance = deviation(base.truth.poses, poses)
     found, usual = summary(other), summary(base)
@@ -57,25 +43,25 @@ def rotated_run(scenario: Scenario, angle: float) -> RunResult:
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_mirrored(name: str, base: Runs, figures: Figures) -> None:
+def test_mirrored(name: str, undisturbed: Runs, figures: dict[str, Any]) -> None:
     result = simulate(mirrored(load_scenario(name)))
     poses = result.truth.poses * [1.0, -1.0, -1.0]
-    assert compare(base(name), result, poses, figures) <= SAME
+    assert compare(undisturbed(name), result, poses, figures) <= SAME
 
 
 @pytest.mark.parametrize("angle", [0.7, 2.0, -2.5])
 @pytest.mark.parametrize("name", DOCKING)
-def test_rotated(name: str, angle: float, base: Runs, figures: Figures) -> None:
+def test_rotated(name: str, angle: float, undisturbed: Runs, figures: dict[str, Any]) -> None:
     result = rotated_run(load_scenario(name), angle)
     poses = seen_from(Pose2(0.0, 0.0, angle), result.truth.poses)
-    assert compare(base(name), result, poses, figures) <= SAME
+    assert compare(undisturbed(name), result, poses, figures) <= SAME
 
 
 @pytest.mark.parametrize("at", ["start", "middle", "goal"])
 @pytest.mark.parametrize("name", DOCKING)
-def test_across_pi(name: str, at: str, base: Runs, figures: Figures) -> None:
+def test_across_pi(name: str, at: str, undisturbed: Runs, figures: dict[str, Any]) -> None:
     """The heading passes +-pi, where it is told with a jump, at the start, on the way or at the goal."""
-    usual = base(name)
+    usual = undisturbed(name)
     heading = {"start": usual.truth.poses[0, 2], "goal": usual.truth.goals[-1, 2]}
     heading["middle"] = 0.5 * (usual.truth.poses[:, 2].min() + usual.truth.poses[:, 2].max())
     angle = float(pi - heading[at])
@@ -86,16 +72,16 @@ def test_across_pi(name: str, at: str, base: Runs, figures: Figures) -> None:
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_far_from_the_origin(name: str, base: Runs, figures: Figures) -> None:
+def test_far_from_the_origin(name: str, undisturbed: Runs, figures: dict[str, Any]) -> None:
     place = Pose2(5000.0, -3000.0, 0.0)
     result = simulate(moved(load_scenario(name), place))
     poses = seen_from(place, result.truth.poses)
-    assert compare(base(name), result, poses, figures) <= SAME_FAR_AWAY
+    assert compare(undisturbed(name), result, poses, figures) <= SAME_FAR_AWAY
 
 
 @pytest.mark.parametrize("name", DOCKING)
-def test_turned_round(name: str, base: Runs, figures: Figures) -> None:
-    result, usual = simulate(turned_round(load_scenario(name))), base(name)
+def test_turned_round(name: str, undisturbed: Runs, figures: dict[str, Any]) -> None:
+    result, usual = simulate(turned_round(load_scenario(name))), undisturbed(name)
     compare(usual, result, result.truth.poses, figures)
     found, before = summary(result), summary(usual)
     late = found["time_to_tolerance_s"] - before["time_to_tolerance_s"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,14 +21,18 @@ from tests.rti_mpcc.docking_runs import (
     wall,
 )
 
-Figures = MutableMapping[str, Any]
-
 LEAST_WAIT = 2.0
 """A vehicle that is stopped by a wall stands before it so long at least [s]."""
 
 
 def drive_to_a_wall(
-    scenario: Scenario, figures: Figures, *, theta: float, begin: float, end: float, half_width: float = 3.2
+    scenario: Scenario,
+    figures: dict[str, Any],
+    *,
+    theta: float,
+    begin: float,
+    end: float,
+    half_width: float = 3.2,
 ) -> None:
     """It stops before a wall that is there from `begin` to `end` [s], goes on when it is gone, and docks.
 
@@ -76,7 +80,7 @@ def test_a_wall_across_a_straight(
     begin: float,
     end: float,
     direction: int,
-    figures: Figures,
+    figures: dict[str, Any],
 ) -> None:
     theta = theta or (5.5 if direction == 1 else 2.5)
     drive_to_a_wall(straight(direction, length, speed=speed), figures, theta=theta, begin=begin, end=end)
@@ -84,7 +88,7 @@ def test_a_wall_across_a_straight(
 
 @pytest.mark.parametrize(("name", "theta"), [("docking_inside", 15.0), ("docking_full_course", 18.0)])
 @pytest.mark.parametrize("begin", [0.0, 4.0])
-def test_a_wall_in_a_bend(name: str, theta: float, begin: float, figures: Figures) -> None:
+def test_a_wall_in_a_bend(name: str, theta: float, begin: float, figures: dict[str, Any]) -> None:
     drive_to_a_wall(load_scenario(name), figures, theta=theta, begin=begin, end=begin + 26.0, half_width=4.9)
 
 
@@ -92,7 +96,7 @@ def test_a_wall_in_a_bend(name: str, theta: float, begin: float, figures: Figure
 @pytest.mark.parametrize("aside", [0.0, 0.8, -0.8])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_passage_with_a_quarter_metre_on_either_side(
-    direction: int, aside: float, passage: Callable[[int, float], Scenario], figures: Figures
+    direction: int, aside: float, passage: Callable[[int, float], Scenario], figures: dict[str, Any]
 ) -> None:
     result = simulate(passage(direction, aside))
     found = docking_figures(result)

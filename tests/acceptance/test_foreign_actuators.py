@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ SLOWER, HARDER = 1.15, 1.25  # than with the actuators given; than comfort
 
 
 @pytest.mark.parametrize("group", range(GROUPS))
-def test_unknown_actuators_are_as_good_as_known_ones(group: int, figures: MutableMapping[str, Any]) -> None:
+def test_unknown_actuators_are_as_good_as_known_ones(group: int, figures: dict[str, Any]) -> None:
     rows = []
     for seed in range(FIRST_SEED + group * DRAWS, FIRST_SEED + (group + 1) * DRAWS):
         drawn = case(seed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import pytest
@@ -14,9 +13,7 @@ BATCHES, SIZE = 30, 10
 
 
 @pytest.mark.parametrize("batch", range(BATCHES))
-def test_random_foreign_vehicles_stay_where_they_docked(
-    batch: int, figures: MutableMapping[str, Any]
-) -> None:
+def test_random_foreign_vehicles_stay_where_they_docked(batch: int, figures: dict[str, Any]) -> None:
     stays = [stay_of(draw, draw.drive()) for draw in draws(SIZE, SEED + batch)]
     figures["docked"] = sum(each.docked_at is not None for each in stays)
     figures["largest_share_moved"] = max(each.share for each in stays)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController
+from geometry import Pose2, ReferencePath
+from rti_mpcc import ControllerConfig
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Driver
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18)
@@ -32,8 +32,7 @@ STARTS = {
 
 def docks(path: ReferencePath, half: float, start: Pose2) -> tuple[float | None, float]:
     """When it docks [s], or None, and the least clearance of the body on the way [m]."""
-    corridor = Corridor.from_offsets(path, left=half, right=-half)
-    controller = DockingController(path, corridor, CONFIG)
+    controller = on_lane(path, half, CONFIG)
     # In all of the corridor and its open ends, where another way may lead.
     area = controller.area
     assert area is not None
@@ -46,7 +45,7 @@ def docks(path: ReferencePath, half: float, start: Pose2) -> tuple[float | None,
 @pytest.mark.parametrize("half", [2.0, 3.0, 5.0])
 @pytest.mark.parametrize("name", PATHS)
 def test_paths_of_few_waypoints_and_with_corners_are_docked_along(
-    name: str, half: float, direction: int, figures: MutableMapping[str, Any]
+    name: str, half: float, direction: int, figures: dict[str, Any]
 ) -> None:
     path = ReferencePath.from_waypoints(np.array(PATHS[name], dtype=float), direction)
     docked, clearance = docks(path, half, path.start)
@@ -56,7 +55,7 @@ def test_paths_of_few_waypoints_and_with_corners_are_docked_along(
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_starts_off_the_path_are_joined_to_it(name: str, figures: MutableMapping[str, Any]) -> None:
+def test_starts_off_the_path_are_joined_to_it(name: str, figures: dict[str, Any]) -> None:
     path = ReferencePath.from_waypoints([(0.0, 0.0), (20.0, 0.0), (40.0, 5.0)])
     docked, clearance = docks(path, 5.0, path.start.compose(STARTS[name]))
     figures["docked_s"], figures["clearance_m"] = docked, clearance

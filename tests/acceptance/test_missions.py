@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from math import isfinite, radians
 from typing import Any
 
@@ -13,10 +12,9 @@ from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission import DockingMission, DriveTo
 from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, simulate, summary
-from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, MissionResult
-
-Figures = MutableMapping[str, Any]
+from tests.rti_mpcc.docking_runs import obeyed
 
 SEEDS = range(20)
 DRAWN_SEED, DRAWN, AT_ONCE = 4242, 100, 5
@@ -43,7 +41,7 @@ def standstills(figures_of: Any) -> int:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_built_in_mission_connects(seed: int, figures: Figures) -> None:
+def test_the_built_in_mission_connects(seed: int, figures: dict[str, Any]) -> None:
     result = simulate(load_scenario("docking_mission"), seed=seed)
     told = summary(result)
     contact = next(step for step in told["mission"] if step["kind"] == "straight")
@@ -61,7 +59,7 @@ def test_the_built_in_mission_connects(seed: int, figures: Figures) -> None:
 
 
 @pytest.mark.parametrize("first", range(0, DRAWN, AT_ONCE))
-def test_drawn_missions_connect_or_say_why_not(first: int, figures: Figures) -> None:
+def test_drawn_missions_connect_or_say_why_not(first: int, figures: dict[str, Any]) -> None:
     wrong, peaks = [], []
     for number in range(first, first + AT_ONCE):
         drawn = drawn_mission(DRAWN_SEED, number)
@@ -99,10 +97,7 @@ def driven(mission: DockingMission, plant: PlantState, until: float) -> tuple[Pl
     while plant.time < until and mission.result is MissionResult.RUNNING:
         command = mission.step(plant.measured, now=plant.time)
         commands.append(command)
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, round(plant.time + config.cycle, 9))
+        plant = obeyed(plant, command, parameters, round(plant.time + config.cycle, 9))
     return plant, commands
 
 
@@ -125,10 +120,7 @@ def test_cancelled_at_any_moment_it_stands_and_the_next_mission_works(first: int
             command = mission.step(plant.measured, now=plant.time)
             assert isfinite(command.acceleration)
             assert abs(command.acceleration) <= config.limits.acceleration
-            plant = issue(
-                plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-            )
-            plant = advance(plant, parameters, round(plant.time + config.cycle, 9))
+            plant = obeyed(plant, command, parameters, round(plant.time + config.cycle, 9))
             if plant.time > began + needed + 6.0 * config.cycle:
                 assert abs(plant.v) < 0.05, moment
         assert mission.result is (MissionResult.SUCCEEDED if over else MissionResult.CANCELLED)

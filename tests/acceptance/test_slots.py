@@ -8,13 +8,13 @@ and touch nothing. The shape `early` is crept through, within comfort, which cos
 
 from __future__ import annotations
 
-from collections.abc import MutableMapping
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
+from rti_mpcc.simulation import Scenario, simulate, summary
+from tests.rti_mpcc.docking_runs import on_segments
 
 HALF = 0.5 * 2.069 + 0.25
 SHAPES = {
@@ -31,25 +31,16 @@ SWIFT = ("long", "full", "straight")
 
 def s_bend(arc: float, straight: float, direction: int) -> Scenario:
     pieces = [(0.1, arc), (0.0, straight), (-0.1, arc)]
-    segments = [
-        {"direction": direction, "curvature": bend, "length": length} for bend, length in pieces if length
-    ]
+    segments = [(direction, bend, length) for bend, length in pieces if length]
     middle = arc + 0.5 * straight
     slot = {"from": middle - 2.5, "to": middle + 2.5, "left": HALF, "right": -HALF}
-    return scenario_from_dict(
-        {
-            "name": "slot",
-            "path": {"start": [0.0, 0.0, 0.0], "segments": segments},
-            "corridor": {"left": 4.0, "right": -4.0, "narrowings": [slot]},
-            "goal": {"offset": [-2.0 * direction, 0.0, 0.0]},
-            "simulation": {"cycle": 0.05, "dead_time": 0.18, "duration": 120.0},
-        }
-    )
+    corridor, goal = {"left": 4.0, "right": -4.0, "narrowings": [slot]}, [-2.0 * direction, 0.0, 0.0]
+    return on_segments(segments, corridor=corridor, goal={"offset": goal}, simulation={"duration": 120.0})
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_slot_is_driven_through(shape: str, direction: int, figures: MutableMapping[str, Any]) -> None:
+def test_the_slot_is_driven_through(shape: str, direction: int, figures: dict[str, Any]) -> None:
     result = simulate(s_bend(*SHAPES[shape], direction))
     told = summary(result)
     peak, comfort = told["peak"], told["comfort"]

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from math import sqrt
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.optimum import CLEARANCE, STAGES, TOUCH, Docking, Motion, in_short, page_text, ratios
-from benchmarks.tables import ROOT, told
-from rti_mpcc.simulation import Scenario, scenario_from_dict
+from benchmarks.optimum import CLEARANCE, STAGES, TOUCH, Docking, Motion, in_short, ratios
+from rti_mpcc.simulation import Scenario
+from tests.rti_mpcc.docking_runs import on_segments
 
 WAY = 12.0
 
 
 def straight(**corridor: Any) -> Scenario:
-    return scenario_from_dict(
-        {
-            "name": "straight",
-            "path": {
-                "start": [1.0, 2.0, 0.6],
-                "segments": [{"direction": -1, "curvature": 0.0, "length": WAY}],
-            },
-            "corridor": {"left": 4.0, "right": -4.0, **corridor},
-        }
-    )
+    wide = {"left": 4.0, "right": -4.0, **corridor}
+    return on_segments([(-1, 0.0, WAY)], (1.0, 2.0, 0.6), corridor=wide)
 
 
 def even(time: float) -> Motion:
@@ -95,10 +86,3 @@ def test_ratios_are_of_what_was_found() -> None:
     assert set(ratios(lost).values()) == {None}
     said = in_short([{**run, **least}, lost])
     assert "median 1.053, p95 1.053 (1 of 2)" in said
-
-
-def test_the_page_is_what_the_recorded_runs_say() -> None:
-    content = json.loads((ROOT / "docs" / "optimum.json").read_text(encoding="utf-8"))
-    text = page_text(content["runs"], told(content["origin"]))
-    page = (ROOT / "docs" / "optimum.md").read_text(encoding="utf-8")
-    assert f"<!-- begin optimum -->\n{text}\n<!-- end optimum -->" in page

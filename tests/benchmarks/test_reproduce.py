@@ -37,9 +37,7 @@ def short(case: Case, seconds: float = 1.0) -> Case:
     return replace(case, scenario=changed(case.scenario, {"simulation.duration": seconds}))
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.mark.acceptance

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pkgutil import resolve_name
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import sparse
 
+from benchmarks import phases
 from benchmarks.ledger import KINDS, compared, kind_of, solved_by_osqp, solved_by_piqp
+from benchmarks.phases import PHASES, SolverCounts, Watches
 from benchmarks.sweeps import POINTS, denser, middle, sparse_corridor, winding, with_points
 from benchmarks.workload import later, solving
 from benchmarks.yardstick import EQUALITIES, Problem, fixed_set, quiet
@@ -82,3 +87,37 @@ def test_every_winding_path_is_the_same_around_its_middle() -> None:
         assert path.length == pytest.approx(length)
         pose = middle(path)
         assert (pose.y, pose.phi) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+# -- phases of a cycle ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for names in PHASES.values() for name in names])
+def test_every_function_of_the_phases_is_where_the_table_says(name: str) -> None:
+    assert callable(resolve_name(name))
+
+
+def test_times_are_exclusive_and_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(phases, "perf_counter", lambda: clock.now)
+
+    def passes(seconds: float) -> None:
+        clock.now += seconds
+
+    watches = Watches()
+    inner = watches.around("projection", lambda: passes(2.0))
+
+    def outside() -> None:
+        passes(1.0)
+        inner()
+        inner()
+
+    watches.around("measurement", outside)()
+    read = watches.read()
+    assert (read["measurement"], read["projection"]) == (1.0, 4.0)
+    assert sum(watches.read().values()) == 0.0
+
+
+def test_an_osqp_that_was_not_seen_at_work_is_an_error() -> None:
+    with pytest.raises(LookupError, match="not seen"):
+        SolverCounts().check()

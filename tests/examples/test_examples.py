@@ -32,16 +32,15 @@ def test_there_are_no_other_examples() -> None:
     ],
 )
 def test_an_example_docks_and_says_so(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    name: str, elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [name])
     # The example itself asserts that it docked.
     runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
     told = capsys.readouterr().out
     assert "docked" in told
     if name == "charuco_docking":
-        pictures = sorted(file.name for file in (tmp_path / "runs" / name).iterdir())
+        pictures = sorted(file.name for file in (elsewhere / "runs" / name).iterdir())
         assert pictures == ["first.png", "last.png", "overview.png"]
 
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
+
+from tests.rti_mpcc.own_code import python_blocks
 
 ROOT = Path(__file__).parents[2]
 
 
 def run_blocks(page: Path, count: int) -> None:
     """Run the Python blocks of a page one after the other, with the same names."""
-    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    blocks = python_blocks(page)
     assert len(blocks) == count
     names: dict[str, object] = {}
     for block in blocks:
@@ -30,23 +31,22 @@ def test_the_blocks_of_the_readme_give_a_command_and_dock(capsys: pytest.Capture
     assert abs(float(rate)) <= 1.0
 
 
-def test_the_block_of_the_page_on_missions(capsys: pytest.CaptureFixture[str]) -> None:
-    run_blocks(ROOT / "docs" / "missions.md", 1)
-    assert capsys.readouterr().out.splitlines() == ["0 dock MissionResult.RUNNING"]
-
-
-def test_the_block_of_the_page_on_docks(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("page", "prints"),
+    [
+        ("missions.md", "0 dock MissionResult.RUNNING"),
+        ("docks.md", "capsule_a capsule_b charger DockKind.CHARUCO -1.2"),
+    ],
+)
+def test_the_block_of_a_page_runs_at_the_root_of_the_repository(
+    page: str, prints: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(ROOT)
-    run_blocks(ROOT / "docs" / "docks.md", 1)
-    assert capsys.readouterr().out.splitlines() == ["capsule_a capsule_b charger DockKind.CHARUCO -1.2"]
+    run_blocks(ROOT / "docs" / page, 1)
+    assert capsys.readouterr().out.splitlines() == [prints]
 
 
-def test_the_python_blocks_run_as_typed_and_dock(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_python_blocks_run_as_typed_and_dock(elsewhere: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run_blocks(ROOT / "docs" / "using.md", 5)
     docked, replayed, log = capsys.readouterr().out.splitlines()
     assert docked.startswith("docked after")

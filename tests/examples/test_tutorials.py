@@ -62,13 +62,8 @@ def test_there_are_no_other_tutorials() -> None:
 
 @pytest.mark.parametrize(("name", "tutorial"), [(name, name) for name in PRINTED], indirect=["tutorial"])
 def test_a_tutorial_runs_as_typed(
-    name: str,
-    tutorial: ModuleType,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    name: str, tutorial: ModuleType, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     page = FOLDER / f"{name}.md"
     for language, block in re.findall(
         r"```(\w+)\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL

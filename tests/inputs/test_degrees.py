@@ -12,16 +12,11 @@ from geometry import Area, Pose2
 from rti_mpcc import DockingController, DockingMission, DriveTo, ScenarioError, VehicleState, plan_manoeuvre
 from rti_mpcc.simulation.docks_file import load_docks
 from rti_mpcc.simulation.scenario import scenario_from_dict
+from tests.rti_mpcc.simulation.conftest import area_tables
+from tests.rti_mpcc.yards import block
 
 ASKED = "in degrees?"
-YARD = {"boundary": [[-20.0, -20.0], [20.0, -20.0], [20.0, 20.0], [-20.0, 20.0]]}
-AREA = Area(boundary=YARD["boundary"])
-IN_AREA: dict[str, Any] = {
-    "name": "yard",
-    "start": {"pose": [0.0, 0.0, 0.0]},
-    "area": YARD,
-    "goal": {"pose": [5.0, 0.0, 0.0]},
-}
+AREA = Area(boundary=block(-20.0, -20.0, 20.0, 20.0))
 
 
 @pytest.mark.parametrize(("phi", "asked"), [(90.0, True), (-180.0, True), (1.57, False), (6.2, False)])
@@ -59,7 +54,7 @@ def test_of_steps(caplog: pytest.LogCaptureFixture) -> None:
 )
 def test_of_scenario_files(caplog: pytest.LogCaptureFixture, changes: dict[str, Any], key: str) -> None:
     with caplog.at_level(logging.WARNING):
-        scenario_from_dict({**IN_AREA, **changes})
+        scenario_from_dict({**area_tables(), **changes})
     assert f"{key} 90: {ASKED}" in caplog.text
 
 

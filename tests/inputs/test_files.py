@@ -20,6 +20,7 @@ from rti_mpcc.recording.contents import FORMAT, VERSION, to_line
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import read_rows
 from rti_mpcc.simulation.docks_file import load_docks
+from tests.rti_mpcc.cli_runs import SCENARIO
 
 Reader = Callable[[Path], object]
 READERS: dict[str, tuple[Reader, type[InputError], str]] = {
@@ -35,14 +36,6 @@ MAP = (
     "image: {image}\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
 )
 CORNERS = np.array([[255, 0, 255], [255, 255, 255]], dtype=np.uint8)
-SCENARIO = """name = "short"
-[path]
-start = [0.0, 0.0, 0.0]
-segments = [{ direction = 1, curvature = 0.0, length = 10.0 }]
-[corridor]
-left = 3.0
-right = -3.0
-"""
 
 
 def refusal(reader: Reader, error: type[InputError], file: Path) -> str:
@@ -86,7 +79,7 @@ def test_a_file_that_is_far_too_large_is_refused_unread(
 def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
     mark = b"\xef\xbb\xbf"
     file = tmp_path / "short.toml"
-    file.write_bytes(mark + SCENARIO.encode())
+    file.write_bytes(mark + SCENARIO.replace("DURATION", "1.0").encode())
     assert load_scenario(file).name == "short"
     (tmp_path / "track.csv").write_bytes(mark + b"x,y,heading,direction\n0,0,0,1\n1,0,0,1\n")
     assert ReferencePath.from_csv(tmp_path / "track.csv").length == 1.0
@@ -218,9 +211,8 @@ def test_a_problem_that_is_far_larger_unpacked_is_refused(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("command", ["run", "plan", "docks"])
 def test_a_command_says_it_in_one_line_and_ends_with_2(
-    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    command: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     Path("wild.toml").write_text(".".join("a" * 20_000) + " = 1\n", encoding="utf-8")
     assert main([command, "wild.toml"]) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -6,9 +6,6 @@ import ast
 import gc
 import importlib.metadata
 import json
-import os
-import subprocess
-import sys
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,8 +14,8 @@ import pytest
 
 import rti_mpcc
 from rti_mpcc.cli import main
+from tests.processes import ROOT, printed
 
-ROOT = Path(__file__).parents[2]
 KINDS = (
     "first_detection",
     "first_obstacle",
@@ -54,22 +51,9 @@ AROUND_A_CYCLE = ("rti_mpcc/simulation/", "rti_mpcc/report/", "rti_mpcc/cli/", "
 """Cycles are called from there, and call nothing there."""
 
 
-def fresh(*command: str) -> str:
-    """What a fresh process prints."""
-    done = subprocess.run(
-        [sys.executable, *command],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_first_event_of_a_kind_loads_nothing(kind: str, tmp_path: Path) -> None:
-    found = json.loads(fresh("-m", "tests.inputs.first_events", kind, str(tmp_path)))
+    found = json.loads(printed("-m", "tests.inputs.first_events", kind, str(tmp_path)))
     assert found == {"loaded": [], "happened": True}
 
 
@@ -93,11 +77,6 @@ def test_functions_that_a_cycle_calls_import_nothing() -> None:
             if late and not name.startswith(AROUND_A_CYCLE):
                 found[name] = late
     assert found == BEFORE_A_CYCLE
-
-
-def test_the_filter_library_brings_no_drawing() -> None:
-    made = "import sys, rti_mpcc; rti_mpcc.GoalPoseFilter(); print('matplotlib' in sys.modules)"
-    assert fresh("-c", made).strip() == "False"
 
 
 class Ring:

@@ -13,8 +13,7 @@ FULL = Path("/dev/full")
 
 
 @pytest.fixture
-def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.chdir(tmp_path)
+def scenario(elsewhere: Path) -> str:
     write_short(0.3)
     return "short.toml"
 

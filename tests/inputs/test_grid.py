@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from numpy.typing import NDArray
-from PIL import Image
 
 from geometry import Area, AreaError, Pose2
 from geometry.shape_grid import Body
+from tests.rti_mpcc.simulation.conftest import write_map
 
 POINT = Body.of([(0.0, 0.0)])
 
@@ -56,17 +55,9 @@ def test_values(array: Any, expected: list[list[int]]) -> None:
 
 def test_it_is_the_same_as_the_map_with_these_cells(tmp_path: Path) -> None:
     cells = np.random.default_rng(0).random((20, 30)) < 0.3
-    Image.fromarray(np.where(cells[::-1], 0, 255).astype(np.uint8)).save(tmp_path / "yard.png")
-    entries = {
-        "image": "yard.png",
-        "resolution": 0.1,
-        "origin": [3.0, -4.0, 0.7],
-        "occupied_thresh": 0.65,
-        "free_thresh": 0.196,
-        "negate": 0,
-    }
-    (tmp_path / "yard.yaml").write_text(yaml.safe_dump(entries), encoding="utf-8")
-    read, built = Area.from_map(tmp_path / "yard.yaml"), Area.from_grid(cells, 0.1, (3.0, -4.0, 0.7))
+    pixels = np.where(cells[::-1], 0, 255).astype(np.uint8)
+    file = write_map(tmp_path, pixels, 0.1, (3.0, -4.0, 0.7))
+    read, built = Area.from_map(file), Area.from_grid(cells, 0.1, (3.0, -4.0, 0.7))
     np.testing.assert_array_equal(built.boundary, read.boundary)
     np.testing.assert_array_equal(built.obstacles, read.obstacles)
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, InputError, Pose2, ReferencePath
+from geometry import Area, InputError
 from rti_mpcc import Command, DockingController, VehicleState
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.types import Array, Status
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import BRISK, CYCLE, DOOR, ROOMS, YARD, Drive, Driver, block
 
 ON_ROUTE = block(8.0, -1.5, 9.0, 1.5)
@@ -105,9 +106,7 @@ def test_it_is_recorded_and_replayed(tmp_path: Path) -> None:
 
 
 def test_what_is_refused() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 9.0)])
-    controller = DockingController(path, Corridor.from_offsets(path, left=3.0, right=-3.0), BRISK)
     with pytest.raises(InputError, match=r"drives a path in a corridor\. Give what has changed to step"):
-        controller.set_area(YARD)
+        on_lane(9.0, 3.0, BRISK).set_area(YARD)
     with pytest.raises(InputError, match="area = None: must be an Area"):
         DockingController.in_area(YARD, BRISK).set_area(None)  # type: ignore[arg-type]

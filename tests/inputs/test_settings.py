@@ -7,15 +7,10 @@ from typing import Any
 
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
-from rti_mpcc import (
-    ConfigError,
-    ControllerConfig,
-    DockingController,
-    Limits,
-    Vehicle,
-)
-from tests.rti_mpcc.yards import Driver
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc import ConfigError, ControllerConfig, Limits, Vehicle
+from tests.rti_mpcc.docking_runs import on_lane
+from tests.rti_mpcc.yards import Driver, block
 
 CONFIG: Any = ControllerConfig
 VEHICLE: Any = Vehicle
@@ -97,8 +92,7 @@ def test_vehicles_of_six_kinds_dock(kind: str) -> None:
         Pose2(0.0, 0.0, 0.0), [(1, 0.0, straight), (1, bend, radius), (1, 0.0, straight)]
     )
     side = config.vehicle.width + 1.0
-    controller = DockingController(path, Corridor.from_offsets(path, left=side, right=-side), config)
-    open_yard = Area(boundary=[(-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)])
+    open_yard, controller = Area(boundary=block(-99.0, -99.0, 99.0, 99.0)), on_lane(path, side, config)
     driver = Driver(area=open_yard, controller=controller, config=config, goal_at=lambda now: path.end)
     drive = driver.drive(120.0)
     assert drive.docked

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from math import hypot, pi
 from typing import Any
 
-import numpy as np
 import pytest
 
 from estimation import Frame, GoalMeasurement
@@ -25,23 +24,35 @@ from rti_mpcc import (
     Status,
     Wait,
 )
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState
+from tests.rti_mpcc.docking_runs import obeyed
+from tests.rti_mpcc.encounters import square
+from tests.rti_mpcc.yards import block
 
 START = Pose2(0.0, 0.0, 0.0)
 END = Pose2(15.0, 0.0, 0.0)
 HALL = Area(boundary=[(-10.0, -10.0), (40.0, -10.0), (40.0, 10.0), (-10.0, 10.0)])
 FAR = Pose2(900.0, 0.0, 0.0)
 BESIDE = Pose2(15.0, 6.0, 0.0)
+FENCE = [(-3.0, -3.0), (22.0, -3.0), (22.0, 3.0), (-3.0, 3.0)]
+IN_FENCE = Pose2(13.0, 4.0, 0.0)
 CONFIG = ControllerConfig()
 HALF = 0.5 * CONFIG.vehicle.width
 FRONT = CONFIG.vehicle.front
+IN_FRONT = block(FRONT - 0.27, -1.0, FRONT + 1.73, 1.0)
 
 
 def on_path(
-    length: float = 15.0, *, curvature: float = 0.0, narrowings: Sequence[Narrowing] = ()
+    length: float = 15.0,
+    *,
+    curvature: float = 0.0,
+    narrowings: Sequence[Narrowing] = (),
+    fence: Sequence[tuple[float, float]] | None = None,
 ) -> DockingController:
     path = ReferencePath.from_segments(START, [(1, curvature, length)])
     corridor = Corridor.from_offsets(path, left=4.0, right=-4.0, narrowings=list(narrowings))
+    if fence is not None:
+        corridor = Corridor.from_polygon(path, fence)
     return DockingController(path, corridor, CONFIG)
 
 
@@ -64,20 +75,13 @@ class Ride:
             command: Command = self.driver.step(self.plant.measured, now=self.plant.time, **told)
             self.commands.append(command)
             here = self.plant
-            self.plant = issue(
-                here, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-            )
-            self.plant = advance(self.plant, parameters, here.time + CONFIG.cycle)
+            self.plant = obeyed(here, command, parameters, here.time + CONFIG.cycle)
             self.travelled += hypot(self.plant.x - here.x, self.plant.y - here.y)
         return self.commands[-1]
 
 
 def docked(command: Command) -> bool:
     return command.docked
-
-
-def box(x: float, y: float, length: float = 1.0, width: float = 1.0) -> Any:
-    return np.array([(x, y), (x + length, y), (x + length, y + width), (x, y + width)])
 
 
 # -- docked: at the goal that was asked for --------------------------------------------------------------
@@ -91,20 +95,25 @@ def box(x: float, y: float, length: float = 1.0, width: float = 1.0) -> Any:
         (Pose2(15.0, 0.0, 3.0), "turned by 3 rad from the path"),
         (BESIDE, "a boundary lies between it and the path"),
         (Pose2(15.0, 3.5, 0.0), "crosses a boundary or obstacle by 0.534 m"),
+        (Pose2(15.0, 1e11, 0.0), "coordinates at most 1e+10 m"),
+        (IN_FENCE, "crosses a boundary or obstacle by"),
     ],
 )
 @pytest.mark.parametrize("given", ["once", "always"])
 def test_a_first_goal_that_is_refused_is_not_replaced_by_the_paths_end(
     goal: Any, says: str, given: str
 ) -> None:
-    ride = Ride(on_path())
+    """The vehicle stands, and every command says why."""
+    ride = Ride(on_path(fence=FENCE if goal is IN_FENCE else None))
     ride.drive(0.05, goal=goal)
     last = ride.drive(5.0, goal=goal if given == "always" else None)
     assert {each.status for each in ride.commands} == {Status.GOAL_REJECTED}
     assert not any(each.docked for each in ride.commands)
     assert (ride.travelled, last.goal) == (0.0, None)
-    assert says in last.diagnostics.reason
-    assert "give another one, or call `clear_goal`" in last.diagnostics.reason
+    assert (ride.driver.replans, ride.driver.manoeuvre) == (0, None)
+    for reason in (each.diagnostics.reason for each in ride.commands):
+        assert says in reason
+        assert "give another one, or call `clear_goal`" in reason
 
 
 @pytest.mark.parametrize("goal", [FAR, Pose2(25.0, 9.5, 0.0), "there"])
@@ -274,28 +283,17 @@ def test_a_stalled_vehicle_names_the_narrowing() -> None:
     assert "the boundaries leave 0.055 m on either side of the body" in last.diagnostics.reason
 
 
-def test_a_vehicle_that_waits_names_what_stands_at_the_paths_end() -> None:
-    beside = box(13.0, HALF - 0.29, 5.5, 0.8)
-    last = Ride(on_path()).drive(
-        40.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [beside]
-    )
-    assert last.status is Status.BLOCKED
-    assert "something blocks the route: obstacles[0] at (13." in last.diagnostics.reason
-
-
 @pytest.mark.parametrize(
     ("driver", "obstacles", "says"),
     [
-        (lambda: on_path(), [box(FRONT - 0.27, -1.0, 2.0, 2.0)], "obstacles[0] by 0.27 m at (3.54, "),
+        (lambda: on_path(), [IN_FRONT], "obstacles[0] by 0.27 m at (3.54, "),
         (
             lambda: on_path(narrowings=[Narrowing(0.0, 3.0, left=HALF - 0.27)]),
             [],
             "the left boundary by 0.27 m at (",
         ),
         (
-            lambda: DockingController.in_area(
-                Area(boundary=HALL.boundary, obstacles=[box(FRONT - 0.27, -1.0, 2.0, 2.0)]), CONFIG
-            ),
+            lambda: DockingController.in_area(Area(boundary=HALL.boundary, obstacles=[IN_FRONT]), CONFIG),
             [],
             "area.obstacles[0] by 0.27 m at (3.54, ",
         ),
@@ -313,19 +311,27 @@ def test_a_start_that_overlaps_something_says_what_where_and_how_deep(
 # -- what holds the vehicle ------------------------------------------------------------------------------
 
 
-def test_a_blocked_vehicle_names_what_fills_its_way_and_where_and_how_far() -> None:
-    across = box(12.0, -4.0, 1.0, 8.0)
-    last = Ride(on_path(25.0)).drive(
-        30.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [across]
-    )
+@pytest.mark.parametrize(
+    ("length", "thing", "where"),
+    [
+        (25.0, block(12.0, -4.0, 13.0, 4.0), "(12."),
+        (15.0, block(13.0, HALF - 0.29, 18.5, HALF + 0.51), "(13."),
+    ],
+    ids=["across", "beside the path's end"],
+)
+def test_a_blocked_vehicle_names_what_fills_its_way_and_where_and_how_far(
+    length: float, thing: Any, where: str
+) -> None:
+    ride = Ride(on_path(length))
+    last = ride.drive(40.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [thing])
     assert last.status is Status.BLOCKED
-    assert "something blocks the route: obstacles[0] at (12." in last.diagnostics.reason
+    assert f"something blocks the route: obstacles[0] at {where}" in last.diagnostics.reason
     assert last.diagnostics.reason.endswith(" m ahead")
 
 
 def test_a_contact_with_something_that_moves_is_named() -> None:
     def walker(plant: PlantState) -> list[Any]:
-        return [box(9.0, -6.0 + 0.8 * plant.time, 0.5, 0.5)]
+        return [square(9.25, -5.75 + 0.8 * plant.time, 0.5)]
 
     ride = Ride(on_path(25.0))
     first = ride.drive(10.0, lambda each: each.status is Status.BLOCKED, obstacles=walker)
@@ -336,8 +342,8 @@ def test_a_contact_with_something_that_moves_is_named() -> None:
 def test_a_vehicle_that_waits_until_its_way_is_clear_says_what_was_in_it() -> None:
     ride = Ride(on_path(25.0))
     ride.drive(5.0)
-    ahead = [box(ride.plant.x + FRONT + 1.5, -1.0, 1.0, 2.0)]
-    ride.drive(0.05, obstacles=ahead)
+    x = ride.plant.x + FRONT + 1.5
+    ride.drive(0.05, obstacles=[block(x, -1.0, x + 1.0, 1.0)])
     waits = ride.drive(0.05, obstacles=[])
     assert waits.diagnostics.cause is Reason.WAITS_UNTIL_CLEAR
     assert "(last: contact in " in waits.diagnostics.reason

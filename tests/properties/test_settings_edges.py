@@ -10,15 +10,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import DockingController, VehicleState
+from rti_mpcc import VehicleState
 from rti_mpcc.config import ControllerConfig, Limits, Vehicle, Weights
 from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Source
 from tests.properties.magnitudes import few_examples, from_zero, positive, signed
-
-PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 60.0)])
-CORRIDOR = Corridor.from_offsets(PATH, left=4.0, right=-4.0)
+from tests.rti_mpcc.docking_runs import on_lane
 
 
 @pytest.mark.parametrize(
@@ -43,7 +40,7 @@ CORRIDOR = Corridor.from_offsets(PATH, left=4.0, right=-4.0)
 )
 def test_a_straight_path_is_driven_whatever_the_settings_are(changes: dict[str, Any]) -> None:
     config = ControllerConfig(**changes)
-    controller = DockingController(PATH, CORRIDOR, config)
+    controller = on_lane(60.0, 4.0, config)
     for k in range(3):
         state = VehicleState(x=1.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
         command = controller.step(state, now=k * config.cycle)

@@ -21,9 +21,10 @@ duration = DURATION
 """
 
 
-def write_short(duration: float, more: str = "") -> None:
+def write_short(duration: float, more: str = "", *, curvature: float = 0.0) -> None:
     """short.toml, in the current folder; `more` goes on in its section [simulation]."""
-    Path("short.toml").write_text(SCENARIO.replace("DURATION", str(duration)) + more)
+    text = SCENARIO.replace("curvature = 0.0", f"curvature = {curvature}").replace("DURATION", str(duration))
+    Path("short.toml").write_text(text + more)
 
 
 MISSION = """

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Source
+from geometry import Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, Source
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, Plant, copied, drive, square, stops_in_time
 
 HALF = 4.0
@@ -73,7 +74,7 @@ def keep_promises(seed: int) -> None:
             middle = place.compose(Pose2(drawn.direction * drawn.along, drawn.across, drawn.turned))
             there.append(square(middle.x, middle.y, drawn.size, middle.phi))
 
-    controller = DockingController(path, Corridor.from_offsets(path, left=HALF, right=-HALF), config)
+    controller = on_lane(path, HALF, config)
     found = drive(
         controller,
         car,
@@ -144,7 +145,7 @@ def meet(number: int, seed: int, *, lag: float, seconds: float = 60.0) -> tuple[
     direction = int(rng.choice([1, 1, -1]))
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(direction, 0.0, 40.0)])
     config = ControllerConfig(dead_time=0.18)
-    controller = DockingController(path, Corridor.from_offsets(path, left=HALF, right=-HALF), config)
+    controller = on_lane(path, HALF, config)
 
     def obstacles(now: float) -> list[Array]:
         x, y = place(now)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from geometry import PathPart, Pose2, ReferencePath, wrap
+from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.clock import CycleClock, Decisions, PlayedBack
-from rti_mpcc.config import Vehicle
+from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.docking import DockingController
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
-from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array, Command, Objective, VehicleState
 
 DOCKING = ("docking_inside", "docking_behind", "docking_full_course", "long_approach")
@@ -30,6 +30,36 @@ PASSAGE = (0.375, 0.425)
 Obstacles = list[Array]
 
 
+def on_segments(
+    segments: Sequence[tuple[int, float, float]],
+    start: Sequence[float] = (0.0, 0.0, 0.0),
+    *,
+    corridor: dict[str, Any] | None = None,
+    simulation: dict[str, Any] | None = None,
+    **tables: Any,
+) -> Scenario:
+    """A scenario on segments of (direction, curvature [1/m], length [m]), 3 m to both sides; 60 s."""
+    rows = [{"direction": d, "curvature": k, "length": s} for d, k, s in segments]
+    return scenario_from_dict(
+        {
+            "name": "on_segments",
+            "path": {"start": list(start), "segments": rows},
+            "corridor": {"left": 3.0, "right": -3.0, **(corridor or {})},
+            "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0, **(simulation or {})},
+            **tables,
+        }
+    )
+
+
+def on_lane(
+    path: ReferencePath | float, half: float, config: ControllerConfig | None = None
+) -> DockingController:
+    """On a path, or so far [m] straight along x, in a corridor `half` [m] to both sides."""
+    if not isinstance(path, ReferencePath):
+        path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, path)])
+    return DockingController(path, Corridor.from_offsets(path, left=half, right=-half), config)
+
+
 def straight(
     direction: int,
     length: float = 40.0,
@@ -39,19 +69,14 @@ def straight(
     **simulation: Any,
 ) -> Scenario:
     """A straight route along x in a corridor 3 m to both sides; the goal pose is its end."""
-    tables: dict[str, Any] = {
-        "name": "straight",
-        "path": {
-            "start": [0.0, 0.0, 0.0],
-            "segments": [{"direction": direction, "curvature": 0.0, "length": length}],
-        },
-        "corridor": {"left": 3.0, "right": -3.0, **(corridor or {})},
-        "goal": {"offset": [0.0, 0.0, 0.0]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 120.0, **simulation},
-    }
-    if speed is not None:
-        tables["limits"] = {"speed": speed}
-    return scenario_from_dict(tables)
+    return on_segments(
+        [(direction, 0.0, length)],
+        name="straight",
+        corridor=corridor,
+        goal={"offset": [0.0, 0.0, 0.0]},
+        simulation={"duration": 120.0, **simulation},
+        limits={} if speed is None else {"speed": speed},
+    )
 
 
 def narrow(direction: int, aside: float = 0.0, length: float = 40.0) -> Scenario:
@@ -157,6 +182,14 @@ def docking_figures(result: RunResult) -> dict[str, Any]:
     }
 
 
+def assert_docked(result: RunResult) -> dict[str, Any]:
+    """Docked, and nothing was touched."""
+    found = docking_figures(result)
+    assert found["docked"], (found, result.cycles.status[-1], result.cycles.reason[-1])
+    assert found["min_clearance_m"] > 0.0
+    return found
+
+
 def step_at_change_over(result: RunResult) -> float:
     """Largest change [m/s²] of the commanded acceleration where contouring turns into an arrival."""
     changes, objectives = np.abs(np.diff(result.cycles.acceleration)), pairwise(result.cycles.objective)
@@ -186,21 +219,16 @@ def statuses(result: RunResult) -> dict[str, int]:
 
 def short(**simulation: Any) -> Scenario:
     """An S of 12 m in reverse with a goal pose beside and behind its end: docks in about 15 s."""
-    return scenario_from_dict(
-        {
-            "name": "short",
-            "path": {
-                "start": [1.0, 2.0, 1.0],
-                "segments": [
-                    {"direction": -1, "curvature": 0.08, "length": 6.0},
-                    {"direction": -1, "curvature": -0.08, "length": 6.0},
-                ],
-            },
-            "corridor": {"left": 3.0, "right": -3.0},
-            "goal": {"offset": [-0.5, 0.3, 0.05]},
-            "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0, **simulation},
-        }
-    )
+    goal, segments = {"offset": [-0.5, 0.3, 0.05]}, [(-1, 0.08, 6.0), (-1, -0.08, 6.0)]
+    return on_segments(segments, (1.0, 2.0, 1.0), simulation=simulation, name="short", goal=goal)
+
+
+def obeyed(
+    plant: PlantState, command: Command, parameters: PlantParameters, until: float | None = None
+) -> PlantState:
+    """The plant with a command on its way to the actuators; `until`: driven on to a time [s]."""
+    plant = issue(plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate)
+    return plant if until is None else advance(plant, parameters, until)
 
 
 def drive(
@@ -225,6 +253,4 @@ def drive(
         goal = scenario.goal_pose() if goal_at is None else goal_at(plant.time)
         command = controller.step(state, now=plant.time, goal=goal)
         yield plant, command
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
+        plant = obeyed(plant, command, parameters)

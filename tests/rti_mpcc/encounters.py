@@ -74,6 +74,12 @@ class Plant:
     def command(self, acceleration: float, steering_rate: float) -> None:
         self.pending.append((self.time + self.car.config.dead_time, acceleration, steering_rate))
 
+    def obey(self, command: Command, seconds: float) -> None:
+        """A command of the controller, and on for these seconds."""
+        self.command(command.acceleration, command.steering_rate)
+        for _ in self.advance(seconds):
+            pass
+
     def advance(self, seconds: float) -> Iterator[None]:
         """Move on in small steps, and stop after each."""
         car, limits = self.car, self.car.config.limits

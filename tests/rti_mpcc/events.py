@@ -23,6 +23,7 @@ from rti_mpcc import Command, ControllerConfig, DockingController, DockingMissio
 from rti_mpcc.mission import Dock, DriveTo, Step, Undock, Wait
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import obeyed
 from tests.rti_mpcc.encounters import body_at
 
 PLACES = ("path", "cusp", "area", "mission")
@@ -186,10 +187,7 @@ class Ride:
                 stood = stood + config.cycle if still else 0.0
                 if docked >= DOCKED_FOR or stood >= RESTS:
                     break
-            plant = issue(
-                plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-            )
-            plant = advance(plant, parameters, plant.time + config.cycle)
+            plant = obeyed(plant, command, parameters, plant.time + config.cycle)
         self._judge_end(plant, stood, docked)
         grown = 1024.0 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory)
         if grown > MEMORY:

@@ -14,14 +14,8 @@ import numpy as np
 
 from benchmarks.foreign import Car, Ride, drive
 from benchmarks.foreign_sensors import Faulty, dead_band
-from rti_mpcc import (
-    ControllerConfig,
-    Corridor,
-    DockingController,
-    Pose2,
-    ReferencePath,
-    Vehicle,
-)
+from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle
+from tests.rti_mpcc.docking_runs import on_lane
 
 AFTER = 60.0  # [s] after DOCKED
 SECONDS = 240.0  # of a ride, at most [s]
@@ -73,13 +67,10 @@ class Draw:
         )
         start, segments = Pose2(0.0, 0.0, pi / 2), [(d, c / scale, scale * way) for d, c, way in SEGMENTS]
         path = ReferencePath.from_segments(start=start, segments=segments)
-        corridor = Corridor.from_offsets(path, left=5.0 * scale, right=-5.0 * scale)
         config = ControllerConfig(cycle=0.05, vehicle=vehicle, goal_tolerance=self.tolerances)
-        controller = DockingController(path, corridor, config)
-        car = Car.of(vehicle, **self.actuators)
         return drive(
-            controller.step,
-            car,
+            on_lane(path, 5.0 * scale, config).step,
+            Car.of(vehicle, **self.actuators),
             start,
             cycle=0.05,
             seconds=SECONDS,

@@ -25,8 +25,9 @@ from rti_mpcc import (
     Status,
     VehicleState,
 )
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import obeyed
 
 ROUNDING = 1e-9
 LONGEST = 2.5
@@ -217,18 +218,14 @@ def keep_promises(seed: int, *, in_area: bool = False, cycles: int = 20) -> None
         check_numbers(command, config)
         check_return(state, plant, command, config)
         check_account(state, command, config)
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
         passed = (
             float(rng.choice([0.0, -1.0, 2.0, 1e4, 0.3, *wild(rng, 1)]))
             if rng.random() < 0.1
             else config.cycle
         )
         now = now + passed if rng.random() < 0.97 else wild(rng, 1)[0]
-        plant = advance(
-            plant, parameters, plant.time + (passed if 0.0 <= passed <= LONGEST else config.cycle)
-        )
+        later = plant.time + (passed if 0.0 <= passed <= LONGEST else config.cycle)
+        plant = obeyed(plant, command, parameters, later)
 
 
 def area_around(path: ReferencePath, corridor: Corridor) -> Area:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from itertools import groupby
 from math import radians
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,32 +16,19 @@ from rti_mpcc.simulation import (
     changed,
     docking_controller,
     load_scenario,
-    scenario_from_dict,
     simulate,
     summary,
 )
 from rti_mpcc.types import Status
-from tests.rti_mpcc.docking_runs import drive, present, straight, wall
+from tests.rti_mpcc.docking_runs import drive, on_segments, present, straight, wall
 
 LENGTH, ASIDE = 20.0, 0.6
 
 
-def beside_a_wall(side: int, **changes: Any) -> Scenario:
+def beside_a_wall(side: int) -> Scenario:
     """A goal 1.1 m before the end of an S, near the wall on the outside of its last bend and turned."""
-    tables: dict[str, Any] = {
-        "name": "beside_a_wall",
-        "path": {
-            "start": [4.0, -3.0, 3.0],  # headings pass pi
-            "segments": [
-                {"direction": 1, "curvature": side * -0.08, "length": 8.0},
-                {"direction": 1, "curvature": side * 0.11, "length": 8.8},
-            ],
-        },
-        "corridor": {"left": 3.0, "right": -3.0},
-        "goal": {"offset": [-1.1, side * -1.3, side * 0.3]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
-    }
-    return changed(scenario_from_dict(tables), changes)
+    segments, start = [(1, side * -0.08, 8.0), (1, side * 0.11, 8.8)], (4.0, -3.0, 3.0)  # headings pass pi
+    return on_segments(segments, start, goal={"offset": [-1.1, side * -1.3, side * 0.3]})
 
 
 def said(result: RunResult) -> list[Status]:
@@ -79,18 +65,9 @@ def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
 
 def test_a_goal_that_the_last_part_of_a_path_misses_is_come_to_by_another_way_from_the_start() -> None:
     """Forward, then 8 m in reverse to a goal 2.5 m aside."""
-    rows = [(1, 0.05, 12.0), (-1, 0.1, 8.0)]
-    tables: dict[str, Any] = {
-        "name": "with_cusp",
-        "path": {
-            "start": [3.0, -2.0, 2.9],
-            "segments": [{"direction": d, "curvature": k, "length": s} for d, k, s in rows],
-        },
-        "corridor": {"left": 4.0, "right": -4.0},
-        "goal": {"offset": [0.5, 2.5, 0.3]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
-    }
-    result = simulate(scenario_from_dict(tables))
+    segments, wide = [(1, 0.05, 12.0), (-1, 0.1, 8.0)], {"left": 4.0, "right": -4.0}
+    goal = {"offset": [0.5, 2.5, 0.3]}
+    result = simulate(on_segments(segments, (3.0, -2.0, 2.9), corridor=wide, goal=goal))
     figures = summary(result)
     assert result.cycles.reason[0].startswith("planning a route: ")
     assert figures["docked"]

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,22 +11,16 @@ import pytest
 from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.simulation import builtin_names, save_scenario, summary
-from tests.rti_mpcc.cli_runs import SCENARIO, refused
+from tests.processes import fresh
+from tests.rti_mpcc.cli_runs import refused, write_short
 from tests.rti_mpcc.short_missions import short
 
 FOLDER = Path("runs/short")
 
 
 @pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    write()
-
-
-def write(*, curvature: float = 0.0, duration: float = 0.2, more: str = "") -> None:
-    """short.toml."""
-    text = SCENARIO.replace("curvature = 0.0", f"curvature = {curvature}").replace("DURATION", str(duration))
-    Path("short.toml").write_text(text + more)
+def _short(elsewhere: Path) -> None:
+    write_short(0.2)
 
 
 def figures(folder: Path = FOLDER) -> dict[str, Any]:
@@ -45,7 +36,7 @@ def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_docked_run_prints_a_table_writes_its_files_and_exits_0(capsys: pytest.CaptureFixture[str]) -> None:
-    write(duration=30.0)
+    write_short(30.0)
     assert main(["run", "short.toml"]) == 0
     said = capsys.readouterr()
     assert ("time to dock" in said.out, said.err) == (True, "")
@@ -111,7 +102,7 @@ def test_the_status_says_whether_all_steps_succeeded(
 
 
 def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFixture[str]) -> None:
-    write(curvature=0.26)
+    write_short(0.2, curvature=0.26)
     for _ in range(2):
         main(["run", "short.toml", "--no-plots"])
         line, change = capsys.readouterr().err.splitlines()
@@ -120,7 +111,7 @@ def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFix
 
 
 def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:
-    write(more="cycle = 9\nspeed = 3\n")
+    write_short(0.2, "cycle = 9\nspeed = 3\n")
     first, second = refused(capsys, "run", "short.toml").splitlines()
     assert first == "rti-mpcc: error: short.toml: simulation.cycle = 9: must be <= 0.2"
     assert second.startswith("rti-mpcc: error: short.toml: simulation.speed = 3: unknown key, allowed are ")
@@ -215,11 +206,6 @@ def test_interrupt_leaves_no_traceback(
 
 
 def test_module_is_the_command() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "rti_mpcc", "run", "nothing"],
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-    )
+    done = fresh("-m", "rti_mpcc", "run", "nothing")
     assert done.returncode == 2
     assert done.stderr.startswith("rti-mpcc: error: nothing: must be a .toml file or one of")

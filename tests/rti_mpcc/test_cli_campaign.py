@@ -13,9 +13,7 @@ from rti_mpcc.simulation import changed, load_scenario, save_scenario
 OUT = ["--out", "there"]
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 def test_a_campaign_of_ones_own_scenario(capsys: pytest.CaptureFixture[str]) -> None:

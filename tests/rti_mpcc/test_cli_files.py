@@ -33,10 +33,9 @@ FILES = {"plan.json", "route.csv", "plan.png"}
 
 
 @pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(elsewhere: Path) -> None:
     Path("hall.toml").write_text(HALL)
-    written(tmp_path, FIRST + SECOND)
+    written(elsewhere, FIRST + SECOND)
     write_short(0.3)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Source, Status
+from geometry import Pose2
+from rti_mpcc import ControllerConfig, Source, Status
 from tests.rti_mpcc.collisions import check_chatter, check_overlaps, keep_promises, meet
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, drive, square
+from tests.rti_mpcc.yards import block
 
-STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-LANE = Corridor.from_offsets(STRAIGHT, left=3.0, right=-3.0)
+START = Pose2(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -30,11 +31,10 @@ def test_nobody_who_walks_in_plain_sight_is_run_into(number: int, lag: float) ->
 def appearing_inside(ahead: float, size: float) -> Drive:
     """A box appears inside the outline of a vehicle that drives at 2 m/s."""
     config = ControllerConfig(dead_time=0.18)
-    controller = DockingController(STRAIGHT, LANE, config)
     return drive(
-        controller,
+        on_lane(40.0, 3.0, config),
         Car(config=config),
-        STRAIGHT.start,
+        START,
         14.0,
         obstacles_at=lambda now: [square(8.05 + ahead, 0.0, size)] if now >= 8.0 else [],
     )
@@ -58,10 +58,8 @@ def test_what_appears_inside_the_outline_stops_the_vehicle_and_is_named(ahead: f
 def pressed_into_the_front(escape_speed: float) -> Drive:
     """A wall stands 0.15 m in the front of a vehicle at rest."""
     config = ControllerConfig(dead_time=0.18, escape_speed=escape_speed)
-    controller = DockingController(STRAIGHT, LANE, config)
-    wall = np.array([[13.52, -1.5], [14.0, -1.5], [14.0, 1.5], [13.52, 1.5]])
-    start = Pose2(10.0, 0.0, 0.0)
-    return drive(controller, Car(config=config), start, 8.0, obstacles_at=lambda now: [wall])
+    car, start, wall = Car(config=config), Pose2(10.0, 0.0, 0.0), block(13.52, -1.5, 14.0, 1.5)
+    return drive(on_lane(40.0, 3.0, config), car, start, 8.0, obstacles_at=lambda now: [wall])
 
 
 def test_a_vehicle_in_contact_stands_unless_it_is_told_to_escape() -> None:
@@ -86,10 +84,7 @@ def test_a_vehicle_that_may_escape_creeps_out_and_no_farther() -> None:
 def test_noise_of_a_centimetre_at_a_wall_is_no_contact() -> None:
     """Parked 3 cm beside a wall and measured with noise, it drives off."""
     config = ControllerConfig(dead_time=0.18)
-    controller = DockingController(STRAIGHT, LANE, config)
-    start = Pose2(2.0, 3.0 - 0.5 * 2.069 - 0.03, 0.0)
-    rng = np.random.default_rng(1)
-    found = drive(
-        controller, Car(config=config), start, 60.0, noise=rng, stds=(0.005, 0.005, 0.001, 0.01, 0.001)
-    )
+    start, car = Pose2(2.0, 3.0 - 0.5 * 2.069 - 0.03, 0.0), Car(config=config)
+    rng, stds = np.random.default_rng(1), (0.005, 0.005, 0.001, 0.01, 0.001)
+    found = drive(on_lane(40.0, 3.0, config), car, start, 60.0, noise=rng, stds=stds)
     assert found.docked

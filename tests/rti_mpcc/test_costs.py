@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import subprocess
 import sys
 import tomllib
 import tracemalloc
@@ -22,27 +21,26 @@ import pytest
 from numba.core import config
 
 from geometry import compiled
-from rti_mpcc import ControllerConfig, Corridor, DockingController, Pose2, ReferencePath, VehicleState
+from rti_mpcc import ControllerConfig, Pose2, ReferencePath
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.simulation import load_scenario, simulate
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState
+from tests.processes import ROOT, printed
+from tests.rti_mpcc.docking_runs import obeyed, on_lane
+from tests.rti_mpcc.hold_draws import GOAL, SEGMENTS
 
-ROOT = Path(__file__).parents[2]
 BOUNDS = tomllib.loads(Path(__file__).with_name("cost_bounds.toml").read_text())
 PACKAGES = tuple(f"{ROOT / name}{os.sep}" for name in ("geometry", "estimation", "rti_mpcc"))
 WARM, COUNTED = 100, 20
-GOAL = Pose2(11.08, -15.24, 1.171)
 
 
 class Ride:
     """The README's first example, a cycle at a time."""
 
     def __init__(self) -> None:
-        segments = [(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)]
-        path = ReferencePath.from_segments(start=Pose2(0.0, 0.0, pi / 2), segments=segments)
+        path = ReferencePath.from_segments(start=Pose2(0.0, 0.0, pi / 2), segments=SEGMENTS)
         self.config = ControllerConfig(cycle=0.05)
-        corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-        self.controller = DockingController(path, corridor, self.config)
+        self.controller = on_lane(path, 5.0, self.config)
         self.parameters = PlantParameters.of(self.config.vehicle, self.config.limits, dead_time=0.0)
         self.plant = PlantState(x=0.0, y=0.0, phi=pi / 2)
         for _ in range(WARM):
@@ -50,19 +48,14 @@ class Ride:
 
     def cycle(self, around: Callable[[Callable[[], None]], None] = lambda step: step()) -> None:
         """One cycle; `around` is given the call of `step`."""
-        state = VehicleState(
-            x=self.plant.x, y=self.plant.y, phi=self.plant.phi, v=self.plant.v, delta=self.plant.delta
-        )
+        state = self.plant.measured
 
         def step() -> None:
-            self.command = self.controller.step(state, now=self.plant.time, goal=GOAL)
+            self.command = self.controller.step(state, now=self.plant.time, goal=Pose2(*GOAL))
 
         around(step)
-        sent = self.command
-        self.plant = issue(
-            self.plant, self.parameters, acceleration=sent.acceleration, steering_rate=sent.steering_rate
-        )
-        self.plant = advance(self.plant, self.parameters, self.plant.time + self.config.cycle)
+        later = self.plant.time + self.config.cycle
+        self.plant = obeyed(self.plant, self.command, self.parameters, later)
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +165,6 @@ def test_what_a_process_loads_and_compiles() -> None:
         "import sys, rti_mpcc; from rti_mpcc import *; from geometry import compiled; "
         "DockingController; print(len(compiled._KERNELS), len(sys.modules))"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    kernels, modules = map(int, done.stdout.split())
+    kernels, modules = map(int, printed("-c", code).split())
     assert 10 < kernels <= BOUNDS["process"]["kernels"]
     assert 100 < modules <= BOUNDS["process"]["modules"]

@@ -14,7 +14,6 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import (
-    RunResult,
     Scenario,
     changed,
     docking_controller,
@@ -23,7 +22,7 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.types import Command, Status, VehicleState
-from tests.rti_mpcc.docking_runs import docking_figures, short
+from tests.rti_mpcc.docking_runs import assert_docked, short
 
 Expose = Callable[[float, Pose2], GoalMeasurement | None]
 
@@ -49,20 +48,13 @@ def noisy(**measurement: Any) -> Scenario:
     return changed(short(), {"goal.measurement": {"visible_range": 15.0, **measurement}})
 
 
-def assert_docked_on_the_true_goal(result: RunResult) -> dict[str, Any]:
-    found = docking_figures(result)
-    assert found["docked"], (found, result.cycles.status[-1], result.cycles.reason[-1])
-    assert found["min_clearance_m"] > 0.0
-    return found
-
-
 # -- docking on the true goal ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.acceptance) for seed in (1, 2))])
 def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     result = simulate(load_scenario("docking_noisy"), seed=seed)
-    assert_docked_on_the_true_goal(result)
+    assert_docked(result)
     outcomes = [judged.outcome for judged in detections_of(result.cycles)]
     assert outcomes.count(Outcome.ACCEPTED) > 0.9 * len(outcomes)
     arrivals = result.cycles.times[[bool(given) for given in result.cycles.detections]]
@@ -77,7 +69,7 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
 def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands() -> None:
     scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 9.0, "offset": [-1.5, 0.1, 0.0]}]})
     result = simulate(scenario, detector=Scripted(script=exact))
-    assert_docked_on_the_true_goal(result)
+    assert_docked(result)
     cycles, truth = result.cycles, result.truth
     moved = float(truth.times[np.argmax(np.diff(truth.goals[:, 0]) != 0.0)])
     late = cycles.times > moved + 1.5
@@ -94,7 +86,7 @@ def test_a_goal_found_behind_the_vehicle_at_the_last_moment_is_backed_off_to(bac
     """So slow a manoeuvre takes more than a second to leave standstill: that is not a stall."""
     scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 0.25, "offset": [back, 0.0, 0.0]}]})
     result = simulate(scenario, detector=Scripted(script=exact))
-    assert_docked_on_the_true_goal(result)
+    assert_docked(result)
 
 
 # -- not seen, or not seen any more ----------------------------------------------------------------------
@@ -113,7 +105,7 @@ def test_a_goal_never_seen_is_waited_for_where_it_was_planned() -> None:
     assert result.cycles.status[waits] is Status.SEARCHING
     stand = result.truth.poses[np.searchsorted(result.truth.times, result.cycles.times[waits])]
     assert np.hypot(stand[0] - planned.x, stand[1] - planned.y) < 0.05
-    assert_docked_on_the_true_goal(result)
+    assert_docked(result)
 
 
 @pytest.mark.acceptance
@@ -138,7 +130,7 @@ def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again
         for one, other in zip(result.cycles.status[:waits], result.cycles.status[1:waits], strict=False)
     )
     assert changes == 1  # from arriving to waiting, and it stays so
-    assert_docked_on_the_true_goal(result)
+    assert_docked(result)
 
 
 def test_a_docked_vehicle_stays_while_noise_and_drift_leave_it_inside_the_tolerance() -> None:

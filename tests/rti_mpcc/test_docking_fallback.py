@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, CorridorError, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Vehicle
+from geometry import CorridorError, Pose2
+from rti_mpcc import ControllerConfig, Vehicle
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation import changed, docking_controller
 from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
-from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
+from tests.rti_mpcc.docking_runs import Clocked, drive, granting, on_lane, short
 from tests.rti_mpcc.yards import YARD, Driver
 
 Run = list[tuple[PlantState, Command]]
@@ -134,15 +134,13 @@ def test_an_internal_error_brakes_and_the_next_cycle_resumes(
 
 # -- unusable inputs -------------------------------------------------------------------------------------
 
-PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 STATE = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)
 
 
 @pytest.mark.parametrize(("width", "half"), [(2.069, 1.0), (3.0, 1.4)])
 def test_a_corridor_narrower_than_the_body_is_refused(width: float, half: float) -> None:
-    corridor = Corridor.from_offsets(PATH, left=half, right=-half)
     with pytest.raises(CorridorError, match=rf"{2 * half:.3f} m wide .* {width:.3f} m"):
-        DockingController(PATH, corridor, ControllerConfig(vehicle=Vehicle(width=width)))
+        on_lane(20.0, half, ControllerConfig(vehicle=Vehicle(width=width)))
 
 
 @pytest.mark.parametrize(

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import pi
 from typing import Any
 
 import pytest
 
 from estimation import GoalMeasurement
 from geometry import Pose2
-from rti_mpcc import ControllerConfig, DockingController, Limits, Status, VehicleState
-from rti_mpcc.simulation import docking_controller
+from rti_mpcc import ControllerConfig, DockingController, Limits, VehicleState
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
 
 LENGTH = 12.0
-YARD = [[-3.0, -3.0], [18.0, -3.0], [18.0, 3.0], [-3.0, 3.0]]
 LANE = straight(1, LENGTH, speed=2.0)
-FENCED = straight(1, LENGTH, corridor={"polygon": YARD, "left": None, "right": None}, speed=2.0)
 START = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
 PATH = LANE.build_path()
 OBSTACLE = box(PATH.parts[0], 14.0, 1.2, 2.2, 1.0)
@@ -26,32 +22,6 @@ OBSTACLE = box(PATH.parts[0], 14.0, 1.2, 2.2, 1.0)
 def controller(**settings: Any) -> DockingController:
     config = ControllerConfig(dead_time=0.18, limits=Limits(speed=2.0), **settings)
     return DockingController(PATH, LANE.build_corridor(PATH), config)
-
-
-@pytest.mark.parametrize(
-    ("scenario", "goal", "said"),
-    [
-        (FENCED, Pose2(10.0, 4.0, 0.0), "crosses a boundary or obstacle by"),
-        (LANE, Pose2(10.0, 8.0, 0.0), "a boundary lies between it and the path"),
-        (LANE, Pose2(10.0, 1e11, 0.0), "coordinates at most 1e+10 m"),
-        (LANE, Pose2(500.0, 0.0, 0.0), "488 m from the path's end (at most 20 m)"),
-        (LANE, Pose2(LENGTH, 0.0, pi), "turned by 3.142 rad from the path (at most 1.571 rad)"),
-    ],
-)
-def test_a_goal_out_of_reach_is_not_driven_to_and_every_command_says_why(
-    scenario: Any, goal: Pose2, said: str
-) -> None:
-    """Without a goal that was good the vehicle stands: the path's end is not what was asked for."""
-    docking = docking_controller(scenario)
-    run = list(drive(scenario, 19.0, controller=docking, goal_at=lambda now: goal if now < 5.0 else None))
-    for plant, command in run:
-        reason = command.diagnostics.reason
-        assert f"goal ({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g}) rejected" in reason
-        assert said in reason
-        assert (command.status, command.goal) == (Status.GOAL_REJECTED, None)
-        assert not command.docked
-        assert (plant.x, plant.y) == (0.0, 0.0)
-    assert (docking.replans, docking.manoeuvre) == (0, None)
 
 
 def test_a_goal_in_an_obstacle_is_taken_once_that_has_gone_and_kept_when_it_comes_back() -> None:

@@ -18,6 +18,7 @@ from rti_mpcc import DockingController, GoalTracking, Reason, Source, Status, Ve
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
 from tests.rti_mpcc.docking_runs import granting
+from tests.rti_mpcc.simulation.conftest import write_map
 from tests.rti_mpcc.yards import BEYOND, BRISK, DOOR, ROOMS, START, YARD, Drive, Driver, block
 
 LIMITS = BRISK.limits
@@ -25,13 +26,6 @@ STILL = 0.02
 """Slower than this a vehicle stands [m/s]."""
 WAITS = 1.5
 """So long some tests leave it without a goal that it can be driven to [s]."""
-MAP = """image: hall.pgm
-resolution: 0.5
-origin: [-8.0, -8.0, 0.0]
-negate: 0
-occupied_thresh: 0.65
-free_thresh: 0.2
-"""
 
 
 def assert_docked(drive: Drive, goal: Pose2 = BEYOND, clearance: float = 0.04) -> None:
@@ -72,9 +66,7 @@ def replans(driver: Driver) -> int:
 def test_docks_from_a_map(tmp_path: Path) -> None:
     cells = np.full((32, 60), 254, dtype=np.uint8)  # 30 m by 16 m, with a wall that has a door
     cells[[0, -1]] = cells[:, [0, -1]] = cells[:13, 30:32] = cells[19:, 30:32] = 0
-    (tmp_path / "hall.pgm").write_bytes(b"P5\n60 32\n255\n" + cells.tobytes())
-    (tmp_path / "hall.yaml").write_text(MAP)
-    controller = DockingController.in_area(Area.from_map(tmp_path / "hall.yaml"), BRISK)
+    controller = DockingController.in_area(Area.from_map(write_map(tmp_path, cells, 0.5, (-8, -8, 0))), BRISK)
     assert_docked(Driver(area=ROOMS, controller=controller).drive(40.0))
     assert controller.manoeuvre is not None
     assert controller.manoeuvre.clearance > 0.05

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Reason
+from geometry import Pose2
+from rti_mpcc import ControllerConfig, Reason
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, docking_controller, simulate, summary
 from rti_mpcc.types import Array, Status
@@ -20,11 +20,13 @@ from tests.rti_mpcc.docking_runs import (
     box,
     docking_figures,
     granting,
+    on_lane,
     present,
     straight,
     wall,
 )
 from tests.rti_mpcc.encounters import Car, Drive, drive, square
+from tests.rti_mpcc.yards import block
 
 FRONT, REAR = Vehicle().front, Vehicle().rear
 NOISE = [0.005, 0.005, 0.002, 0.01, 0.002]
@@ -75,20 +77,17 @@ def test_a_wall_that_comes_into_view_on_a_long_path_is_stopped_before_on_the_pat
     assert np.abs(result.truth.poses[-1, 1:]).max() < 0.05
 
 
-def on_a_lane(obstacles_at: Any, seconds: float, *, v: float = 0.0, **car: Any) -> Drive:
+def on_a_lane(obstacles_at: Any, seconds: float, *, v: float = 0.0) -> Drive:
     """A straight lane of 40 m, 4 m to both sides."""
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-    config = ControllerConfig(dead_time=0.18)
-    controller = DockingController(path, Corridor.from_offsets(path, left=4.0, right=-4.0), config)
-    return drive(controller, Car(config=config, **car), path.start, seconds, obstacles_at=obstacles_at, v=v)
+    car = Car(config=ControllerConfig(dead_time=0.18))
+    controller, start = on_lane(40.0, 4.0, car.config), Pose2(0.0, 0.0, 0.0)
+    return drive(controller, car, start, seconds, obstacles_at=obstacles_at, v=v)
 
 
 @pytest.mark.parametrize("ahead", [1.2, 2.0])
 def test_a_wall_that_appears_close_ahead_is_braked_for_as_hard_as_it_needs(ahead: float) -> None:
     """At 2 m/s: comfort alone takes 5 m."""
-    there = np.array(
-        [(FRONT + ahead, -4.0), (FRONT + ahead + 0.5, -4.0), (FRONT + ahead + 0.5, 4.0), (FRONT + ahead, 4.0)]
-    )
+    there = block(FRONT + ahead, -4.0, FRONT + ahead + 0.5, 4.0)
     found = on_a_lane(lambda now: [there], 6.0, v=2.0)
     hardest = max(-command.acceleration for command in found.commands)
     needed = 2.0**2 / (2.0 * (ahead - 2.0 * 0.18))

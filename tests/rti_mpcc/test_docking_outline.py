@@ -13,9 +13,10 @@ from benchmarks.problems.variants import mirrored, turned_round
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
+from rti_mpcc.simulation import Scenario, simulate, summary
 from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.scenario import changed, load_scenario, save_scenario
+from tests.rti_mpcc.docking_runs import on_segments
 
 FORKS = ((-0.4, -0.6), (1.0, -0.6), (1.0, -0.3), (2.2, -0.3), (2.2, 0.3), (1.0, 0.3), (1.0, 0.6), (-0.4, 0.6))
 """A body 1.2 m wide with forks 0.6 m wide before it."""
@@ -25,23 +26,13 @@ ROOM = 0.1
 
 def forklift() -> Scenario:
     """Round a bend, and with the forks between two blocks that the body has no room between."""
-    bend, straight = (0.15, 5.0), (0.0, 5.0)
-    scenario = scenario_from_dict(
-        {
-            "name": "forklift",
-            "path": {
-                "start": [0.0, 0.0, 0.0],
-                "segments": [
-                    {"direction": 1, "curvature": curvature, "length": length}
-                    for curvature, length in (bend, straight)
-                ],
-            },
-            "vehicle": {"wheelbase": 1.1, "outline": [list(point) for point in FORKS]},
-            "limits": {"speed": 1.5, "acceleration": 1.0, "steering": 0.7, "steering_rate": 1.0},
-            "corridor": {"left": 1.5, "right": -1.5},
-            "goal": {"offset": [0.0, 0.0, 0.0]},
-            "simulation": {"dead_time": 0.1, "cycle": 0.05, "duration": 60.0},
-        }
+    scenario = on_segments(
+        [(1, 0.15, 5.0), (1, 0.0, 5.0)],
+        vehicle={"wheelbase": 1.1, "outline": [list(point) for point in FORKS]},
+        limits={"speed": 1.5, "acceleration": 1.0, "steering": 0.7, "steering_rate": 1.0},
+        corridor={"left": 1.5, "right": -1.5},
+        goal={"offset": [0.0, 0.0, 0.0]},
+        simulation={"dead_time": 0.1},
     )
     goal = scenario.build_path().end
     blocks = []

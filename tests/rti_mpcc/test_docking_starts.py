@@ -11,10 +11,10 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.simulation import Scenario, load_scenario, scenario_from_dict
+from rti_mpcc.simulation import Scenario, load_scenario
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Source, Status
-from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, drive
+from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, drive, on_segments
 
 HALF, LENGTH, SPEED = 8.0, 25.0, 2.0
 """Half width of the corridor [m], length of the path [m], speed limit [m/s]."""
@@ -69,17 +69,12 @@ STARTS = {
 
 def lane(direction: int, goal: float) -> Scenario:
     """A straight that bends gently, with room to both sides; headings cross pi."""
-    bends = [(0.0, 10.0), (0.03, LENGTH - 10.0)]
-    segments = [{"direction": direction, "curvature": k, "length": s} for k, s in bends]
-    return scenario_from_dict(
-        {
-            "name": "lane",
-            "path": {"start": [1.0, 2.0, 3.0], "segments": segments},
-            "corridor": {"left": HALF, "right": -HALF},
-            "goal": {"offset": [direction * goal, 0.0, 0.0]},
-            "limits": {"speed": SPEED},
-            "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
-        }
+    return on_segments(
+        [(direction, 0.0, 10.0), (direction, 0.03, LENGTH - 10.0)],
+        (1.0, 2.0, 3.0),
+        corridor={"left": HALF, "right": -HALF},
+        goal={"offset": [direction * goal, 0.0, 0.0]},
+        limits={"speed": SPEED},
     )
 
 

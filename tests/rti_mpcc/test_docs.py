@@ -191,18 +191,9 @@ def test_pages_use_the_words_of_the_field(page: Path) -> None:
 
 
 def test_the_help_of_each_command_does_too(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in (
-        "",
-        "scenarios",
-        "run",
-        "plan",
-        "docks",
-        "compare",
-        "campaign",
-        "replay",
-        "show",
-        "identify",
-        "warm",
-    ):
+    main(["--help"])
+    commands = re.findall(r"^    (\w+) ", capsys.readouterr().out, flags=re.MULTILINE)
+    assert {"run", "campaign", "warm"} < set(commands)
+    for command in ("", *commands):
         main([*command.split(), "--help"])
         assert LEFT_BEHIND.findall(capsys.readouterr().out) == [], command

@@ -7,20 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState
 from rti_mpcc.types import Reason
 from rti_mpcc.world.monitor import FROZEN_DISTANCE, FROZEN_SPEED, MODEL_MISMATCH
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()
 LIMITS = CONFIG.plausibility
-STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 
 
 def controller() -> DockingController:
     """A controller in a straight lane."""
-    return DockingController(STRAIGHT, Corridor.from_offsets(STRAIGHT, left=3.0, right=-3.0), CONFIG)
+    return on_lane(40.0, 3.0, CONFIG)
 
 
 def after_driving(speed: float, **off: float) -> Command:
@@ -28,8 +27,7 @@ def after_driving(speed: float, **off: float) -> Command:
     driven, plant = controller(), Plant(car=Car(config=CONFIG), x=0.0, y=0.0, phi=0.0, v=speed)
     for k in range(10):
         command = driven.step(plant.measured, now=CONFIG.cycle * k)
-        plant.command(command.acceleration, command.steering_rate)
-        list(plant.advance(CONFIG.cycle))
+        plant.obey(command, CONFIG.cycle)
     true = plant.measured
     changed = {name: getattr(true, name) + value for name, value in off.items()}
     return driven.step(replace(true, **changed), now=CONFIG.cycle * 10)
@@ -71,8 +69,7 @@ def test_steering_that_did_not_follow_is_not_trusted_before_the_vehicle_stood() 
         command = driven.step(plant.measured, now=CONFIG.cycle * k)
         causes.append(command.diagnostics.cause)
         speeds.append(plant.v)
-        plant.command(command.acceleration, command.steering_rate)
-        list(plant.advance(CONFIG.cycle))
+        plant.obey(command, CONFIG.cycle)
     first = next(k for k, cause in enumerate(causes) if cause is Reason.NO_PLAN)
     assert set(causes[first:]) == {Reason.NO_PLAN}
     assert np.all(np.diff(speeds[first + 2 :]) <= 1e-9)

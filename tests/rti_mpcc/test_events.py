@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.world.surroundings import GOAL_REACH
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.events import PLACES, Ride
 from tests.rti_mpcc.yards import Driver, block
 
 SEED = 44
-CHUNKS = 20
 
 
+RIDES = [(0, 6), *(pytest.param(first, 15, marks=pytest.mark.acceptance) for first in range(6, 306, 15))]
+"""The first ride, and how many."""
+
+
+@pytest.mark.parametrize(("first", "count"), RIDES)
 @pytest.mark.parametrize("place", PLACES)
-def test_rides_with_random_events_keep_the_invariants(place: str, capfd: pytest.CaptureFixture[str]) -> None:
-    rides = [Ride(place=place, seed=SEED, index=index).drive() for index in range(6)]
-    assert not {ride.name: ride.problems for ride in rides if ride.problems}
-    assert sum(ride.docked or ride.refused for ride in rides) >= 5
-    printed = capfd.readouterr()
-    assert printed.out == ""
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("chunk", range(CHUNKS))
-@pytest.mark.parametrize("place", PLACES)
-def test_300_rides_each_keep_the_invariants(
-    place: str, chunk: int, capfd: pytest.CaptureFixture[str]
+def test_rides_with_random_events_keep_the_invariants(
+    place: str, first: int, count: int, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    count = 300 // CHUNKS
-    rides = [Ride(place=place, seed=SEED, index=6 + chunk * count + k).drive() for k in range(count)]
+    rides = [Ride(place=place, seed=SEED, index=first + k).drive() for k in range(count)]
     assert not {ride.name: ride.problems for ride in rides if ride.problems}
     assert sum(ride.docked or ride.refused for ride in rides) >= count - 1
     assert capfd.readouterr().out == ""
@@ -46,8 +40,8 @@ LANE = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 CONFIG = ControllerConfig(cycle=0.05)
 
 
-def lane(config: ControllerConfig = CONFIG) -> DockingController:
-    return DockingController(LANE, Corridor.from_offsets(LANE, left=5.0, right=-5.0), config)
+def lane() -> DockingController:
+    return on_lane(LANE, 5.0, CONFIG)
 
 
 def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
@@ -76,9 +70,7 @@ def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
 @pytest.mark.parametrize("ride", ["smooth", "brisk"])
 def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, ride: str) -> None:
     """Up to the firm deceleration it is stopped in time, beyond that it comes back."""
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
     config = ControllerConfig(cycle=0.05, ride="brisk" if ride == "brisk" else "smooth")
-    controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
     first: list[bool] = []
 
     def moved(plant: PlantState) -> PlantState:
@@ -89,17 +81,22 @@ def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, 
 
     driver = Driver(
         area=_open(),
-        controller=controller,
+        controller=on_lane(40.0, 5.0, config),
         config=config,
         start=Pose2(28.0, 0.0, 0.0),
         moved=moved,
-        goal_at=lambda now: path.end,
+        goal_at=lambda now: Pose2(40.0, 0.0, 0.0),
     )
     drive = driver.drive(60.0)
     assert drive.docked
     firm = config.firm_deceleration
     reach = 0.0 if speed**2 / (2.0 * firm) <= 12.0 else GOAL_REACH
     assert drive.states[:, 0].max() - 40.0 <= reach + 0.6
+
+
+def along_lane(**happens: Any) -> Driver:
+    """To the end of the lane, whatever happens."""
+    return Driver(area=_open(), controller=lane(), config=CONFIG, goal_at=lambda now: LANE.end, **happens)
 
 
 def _open() -> Area:
@@ -114,14 +111,7 @@ def _open() -> Area:
 def test_a_start_beside_an_obstacle_is_left_without_a_swerve(gap: float, along: float) -> None:
     beside = 0.5 * CONFIG.vehicle.width + gap
     outline = block(along - 0.5, beside, along + 0.5, beside + 1.0)
-    driver = Driver(
-        area=_open(),
-        controller=lane(),
-        config=CONFIG,
-        goal_at=lambda now: LANE.end,
-        obstacles_at=lambda now: [outline],
-    )
-    drive = driver.drive(30.0)
+    drive = along_lane(obstacles_at=lambda now: [outline]).drive(30.0)
     assert drive.docked
     assert drive.clearance.min() > 0.0
     assert np.abs(drive.commanded()[:, 0]).max() <= 1.1 * CONFIG.comfort_acceleration
@@ -141,15 +131,7 @@ def test_one_that_a_watchdog_braked_while_it_was_not_called_goes_on(seconds: flo
     def braked(plant: PlantState) -> PlantState:
         return replace(plant, v=max(plant.v - 0.1, 0.0)) if is_lost(plant.time) else plant
 
-    driver = Driver(
-        area=_open(),
-        controller=lane(),
-        config=CONFIG,
-        goal_at=lambda now: LANE.end,
-        lost=is_lost,
-        moved=braked,
-    )
-    drive = driver.drive(60.0)
+    drive = along_lane(lost=is_lost, moved=braked).drive(60.0)
     assert drive.docked
     assert Status.FAILED not in drive.statuses
     assert drive.states[:, 3].min() > -0.1

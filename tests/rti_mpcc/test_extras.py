@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
 import sys
 import tomllib
 from collections import defaultdict
@@ -13,12 +11,13 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
+from tests.processes import ROOT, fresh
 from tests.rti_mpcc.test_layers import PACKAGES, imported, module_name, sources
 
-ROOT = Path(__file__).parents[2]
 BASE = ("rti_mpcc", "rti_mpcc.mission", "rti_mpcc.recording", "rti_mpcc.simulation")
 """What a control loop imports, and the plant and the closed loop that stand for a vehicle."""
 SIM = ("rti_mpcc.report", "rti_mpcc.cli")
@@ -94,7 +93,9 @@ def test_pyproject_lists_what_is_imported_and_nothing_else() -> None:
         for extra, distributions in imports_by_extra(file).items():
             needed[extra or ("" if name in base else "sim")] |= distributions
     needed["sim"] -= needed[""]
-    assert needed == {extra: names for extra, names in listed().items() if extra not in ("docs", "release", "test")}
+    assert needed == {
+        extra: names for extra, names in listed().items() if extra not in ("docs", "release", "test")
+    }
 
 
 BLOCK = f"import sys; sys.modules.update(dict.fromkeys({REFUSED}))\n"
@@ -136,15 +137,20 @@ print(len(result.cycles.speed) > 1)
 """
 
 
-def without_extras(code: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+WRITES = "from rti_mpcc import simulation as s; s.scenario_text(s.load_scenario('docking_inside'))"
+DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
+DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
+SPREADS = """
+from pathlib import Path
+from rti_mpcc.simulation.campaign import run_campaign
+run_campaign([], Path(), dask="tcp://nowhere")
+"""
+DETECTS = "import rti_mpcc as r; r.CharucoGoalDetector(r.Camera(), r.CharucoBoard())"
+
+
+def without_extras(code: str, folder: Path, *arguments: str) -> CompletedProcess[str]:
     """A fresh process that has the base libraries only."""
-    return subprocess.run(
-        [sys.executable, "-c", BLOCK + code, *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-    )
+    return fresh("-c", BLOCK + code, *arguments, folder=folder)
 
 
 @pytest.mark.parametrize("code", [IN_A_LOOP, ON_A_MAP, IN_SIMULATION])
@@ -158,35 +164,11 @@ def test_the_base_is_enough_to(code: str, tmp_path: Path) -> None:
     ("code", "need", "extra"),
     [
         ("import rti_mpcc.report.overview", "the command line, pictures and tables need rich", "sim"),
-        ("from rti_mpcc.cli import main", "the command line, pictures and tables need rich", "sim"),
-        (
-            "from rti_mpcc.simulation import load_scenario, scenario_text\n"
-            "scenario_text(load_scenario('docking_inside'))",
-            "writing a scenario file needs tomlkit",
-            "sim",
-        ),
-        (
-            "from rti_mpcc.simulation.batch import drive_all\ndrive_all([])",
-            "driving many runs needs joblib",
-            "sim",
-        ),
-        (
-            "from rti_mpcc.simulation.campaign import run_campaign\nfrom pathlib import Path\n"
-            "run_campaign([], Path(), dask='tcp://nowhere')",
-            "a Dask cluster needs distributed",
-            "cluster",
-        ),
-        (
-            "from rti_mpcc.recording import McapLog\nMcapLog('ride.mcap')",
-            "an MCAP file needs mcap",
-            "mcap",
-        ),
-        (
-            "from rti_mpcc import Camera, CharucoBoard, CharucoGoalDetector\n"
-            "CharucoGoalDetector(Camera(), CharucoBoard())",
-            "detecting a ChArUco board needs OpenCV",
-            "vision",
-        ),
+        (WRITES, "writing a scenario file needs tomlkit", "sim"),
+        (DRIVES, "driving many runs needs joblib", "sim"),
+        (SPREADS, "a Dask cluster needs distributed", "cluster"),
+        ("from rti_mpcc.recording import McapLog; McapLog('ride.mcap')", "an MCAP file needs mcap", "mcap"),
+        (DETECTS, "detecting a ChArUco board needs OpenCV", "vision"),
     ],
 )
 def test_a_missing_extra_is_named_in_one_sentence(code: str, need: str, extra: str, tmp_path: Path) -> None:

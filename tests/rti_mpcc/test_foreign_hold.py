@@ -14,13 +14,13 @@ from benchmarks.foreign import Car, Event, drive
 from rti_mpcc import (
     Area,
     ControllerConfig,
-    Corridor,
     DockingController,
     Pose2,
     ReferencePath,
     Status,
     Vehicle,
 )
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
@@ -59,9 +59,7 @@ def test_a_brake_is_set_once_the_vehicle_is_docked() -> None:
 
 def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
     start = Pose2(0.0, 0.0, pi / 2)
-    path = ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)])
-    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
-    controller = DockingController(path, corridor, ControllerConfig())
+    controller = on_lane(ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)]), 4.0)
     moved = Event("moved", 25.0, shift=(0.25, 0.0, 0.0))
     ride = drive(controller.step, Car(), start, cycle=0.05, seconds=60.0, events=[moved])
     docked = {round(float(t), 2): c.docked for t, c in zip(ride.stamps, ride.commands, strict=True)}

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Drive, Driver, block
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)
@@ -82,12 +83,9 @@ def driven(kind: str, seed: int, way: str = "") -> Drive:
     def obstacles_at(now: float) -> Sequence[Array]:
         return OBSTACLES[way](standing_at(now), random) if way in OBSTACLES else standing_at(now)
 
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 17.0)])
-    corridor = Corridor.from_offsets(path, left=8.0, right=-8.0)
-    on_path = DockingController(path, corridor, CONFIG) if kind == "path" else None
     driver = Driver(
         area=ROOM,
-        controller=on_path or DockingController.in_area(ROOM, CONFIG),
+        controller=on_lane(17.0, 8.0, CONFIG) if kind == "path" else DockingController.in_area(ROOM, CONFIG),
         config=CONFIG,
         goal_at=goal_at,
         obstacles_at=obstacles_at,
@@ -127,3 +125,53 @@ def test_the_same_given_again_changes_nothing(way: str, kind: str) -> None:
 def test_in_20_places_each(way: str, kind: str) -> None:
     for seed in range(1, 21):
         check(kind, seed, way)
+
+
+# -- a person who walks in a far-off corner ------------------------------------------------------------------
+
+BAY = Area(
+    boundary=block(-8.0, -8.5, 22.0, 8.0),
+    obstacles=[block(8.0, -8.0, 10.2, -2.8), block(13.6, -8.0, 15.8, -2.8)],
+)
+"""A bay 3.4 m wide between two parked vehicles, with a wall behind it."""
+IN_BAY = Pose2(11.9, -3.9, -0.5 * np.pi)
+"""Nose to the wall, 0.92 m before it."""
+CORNER = 12.0
+"""Height above the road at which the person walks [m]: 4 m behind its wall, 10 m from the vehicle."""
+
+Walk = Callable[[float], float]
+
+
+def to_and_fro(now: float) -> float:
+    """Place along the wall [m], at 1.5 m/s at most."""
+    return float(np.sin(1.5 * now))
+
+
+def stops_between(now: float) -> float:
+    """The same at 1 m/s: 2 s in one direction, 3 s of rest, and back."""
+    phase = now % 10.0
+    return min(phase, 2.0) if phase < 5.0 else 2.0 - min(phase - 5.0, 2.0)
+
+
+def person(walk: Walk, now: float) -> Array:
+    """Outline (4, 2) [m]."""
+    x = 20.0 + walk(now)
+    return block(x - 0.3, CORNER - 0.3, x + 0.3, CORNER + 0.3)
+
+
+def ride(walk: Walk | None) -> Drive:
+    """Into the bay, with a person who walks or with none."""
+    driver = Driver(
+        area=BAY,
+        goal_at=lambda now: IN_BAY,
+        obstacles_at=lambda now: [] if walk is None else [person(walk, now)],
+        standing_at=lambda now: [],
+    )
+    return driver.drive(60.0)
+
+
+@pytest.mark.parametrize("walk", [to_and_fro, stops_between])
+def test_a_person_who_walks_in_a_far_off_corner_changes_no_command(walk: Walk) -> None:
+    alone, together = ride(None), ride(walk)
+    assert alone.docked
+    np.testing.assert_array_equal(together.commanded(), alone.commanded())

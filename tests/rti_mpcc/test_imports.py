@@ -1,10 +1,7 @@
-"""What planning, missions and cameras need is imported when it is first used, and never in a cycle."""
+"""`import rti_mpcc` stays light: the rest is imported when it is first used, and never in a cycle."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -12,8 +9,8 @@ import pytest
 import estimation
 import geometry
 import rti_mpcc
+from tests.processes import printed
 
-ROOT = Path(__file__).parents[2]
 LATER = ("rti_mpcc.route_planner.planner", "rti_mpcc.mission", "estimation.charuco", "geometry.reeds_shepp")
 PATH = """
 import sys
@@ -29,16 +26,15 @@ print(loaded, "rti_mpcc.route_planner.planner" in before)
 """
 
 
-def printed(code: str) -> str:
-    """What a fresh process prints."""
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+def packages_after(statements: str) -> set[str]:
+    """What a fresh interpreter has loaded after these."""
+    code = f"import sys; {statements}; print(*{{name.split('.')[0] for name in sys.modules}})"
+    return set(printed("-c", code).split())
 
 
 def test_an_import_compiles_nothing() -> None:
     compiled = "[each.name for each in compiled._KERNELS if each.compiled]"
-    assert printed(f"import rti_mpcc; from geometry import compiled; print({compiled})") == "[]"
+    assert printed("-c", f"import rti_mpcc; from geometry import compiled; print({compiled})") == "[]"
 
 
 @pytest.mark.parametrize("package", [geometry, estimation, rti_mpcc])
@@ -50,9 +46,36 @@ def test_every_public_name_is_found_and_listed(package: ModuleType) -> None:
 
 
 def test_the_package_alone_imports_no_planner_mission_or_camera() -> None:
-    assert printed(f"import rti_mpcc, sys; print([name for name in {LATER} if name in sys.modules])") == "[]"
+    assert (
+        printed("-c", f"import rti_mpcc, sys; print([name for name in {LATER} if name in sys.modules])")
+        == "[]"
+    )
 
 
 @pytest.mark.parametrize("recovery", [True, False])
 def test_a_controller_imports_the_planner_when_it_is_made_if_it_may_replan(recovery: bool) -> None:
-    assert printed(PATH.format(recovery=recovery)) == f"[] {recovery}"
+    assert printed("-c", PATH.format(recovery=recovery)) == f"[] {recovery}"
+
+
+def test_a_control_loop_loads_no_drawing_no_tables_and_no_filter() -> None:
+    heavy = {"matplotlib", "filterpy", "rich", "cv2", "pandas"}
+    assert not heavy & packages_after("import rti_mpcc; rti_mpcc.DockingController")
+
+
+def test_the_command_line_loads_what_only_some_commands_need_where_one_is_asked_for() -> None:
+    heavy = {"distributed", "dask", "matplotlib", "pandas"}
+    assert not heavy & packages_after("import rti_mpcc.cli")
+
+
+def test_estimation_loads_filterpy_with_the_first_filter_and_that_no_drawing() -> None:
+    assert "filterpy" not in packages_after("import estimation; estimation.GoalFilterConfig()")
+    made = packages_after("import rti_mpcc; rti_mpcc.GoalPoseFilter()")
+    assert "filterpy" in made
+    assert "matplotlib" not in made
+
+
+@pytest.mark.acceptance
+def test_estimation_loads_opencv_with_the_first_detector() -> None:
+    assert "cv2" not in packages_after("import estimation; estimation.Camera(), estimation.CharucoBoard()")
+    made = "estimation.CharucoGoalDetector(estimation.Camera(), estimation.CharucoBoard())"
+    assert "cv2" in packages_after(f"import estimation; {made}")

@@ -12,9 +12,9 @@ import pytest
 
 from estimation import GoalMeasurement
 from rti_mpcc.simulation import Scenario, docking_controller
-from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantState, advance
 from rti_mpcc.types import Command
-from tests.rti_mpcc.docking_runs import between_obstacles, narrow, short, straight
+from tests.rti_mpcc.docking_runs import between_obstacles, narrow, obeyed, short, straight
 
 CYCLES = 80
 
@@ -42,9 +42,7 @@ def commands(name: str) -> Iterator[Command]:
         given: dict[str, Any] = {"measurements": [seen]} if detected else {"goal": goal}
         command = controller.step(plant.measured, now=plant.time, **given)
         yield command
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
+        plant = obeyed(plant, command, parameters)
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
-import os
-import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +13,8 @@ from numba.core import config
 
 from geometry import compiled
 from rti_mpcc.kernels import make_ready
+from tests.processes import printed
 
-ROOT = Path(__file__).parents[2]
 SECONDS = 1.5
 DRIVE = f"""
 import json, sys
@@ -30,15 +27,7 @@ print(json.dumps([*cycles.speed, *cycles.steering, *map(float, cycles.iterations
 
 def driven(scenario: str, **environment: str) -> list[float]:
     """Commands and iterations of the cycles of the first seconds."""
-    done = subprocess.run(
-        [sys.executable, "-c", DRIVE, scenario],
-        env=os.environ | environment,
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    found: list[float] = json.loads(done.stdout)
+    found: list[float] = json.loads(printed("-c", DRIVE, scenario, **environment))
     return found
 
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Source, Status
+from geometry import Pose2
+from rti_mpcc import ControllerConfig, Source, Status
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, Outlines, drive, square
+from tests.rti_mpcc.yards import block
 
-STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-LANE = Corridor.from_offsets(STRAIGHT, left=3.0, right=-3.0)
 FRONT, REAR = ControllerConfig().vehicle.front, ControllerConfig().vehicle.rear
 
 
@@ -30,14 +30,13 @@ def driven(
     **changes: Any,
 ) -> Drive:
     config = ControllerConfig(dead_time=0.18, **changes)
-    controller = DockingController(STRAIGHT, LANE, config)
-    start = Pose2(x, 0.0, 0.0)
+    controller, start = on_lane(40.0, 3.0, config), Pose2(x, 0.0, 0.0)
     return drive(controller, Car(config=config), start, seconds, obstacles_at=obstacles_at, v=v)
 
 
 def across(near: float, length: float = 0.5) -> Array:
     """A wall across the lane, `near` [m] ahead of x = 0."""
-    return np.array([(near, -2.9), (near + length, -2.9), (near + length, 2.9), (near, 2.9)])
+    return block(near, -2.9, near + length, 2.9)
 
 
 def test_a_wall_close_ahead_is_braked_for_harder_than_in_comfort() -> None:

@@ -6,33 +6,27 @@ from dataclasses import replace
 
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import Command, ControllerConfig, DockingController, Source
+from rti_mpcc import Command, ControllerConfig, Source
 from rti_mpcc.clock import Decisions, PlayedBack
 from rti_mpcc.drive.fallback import PLAN_LIFE, PLAN_OFFSET
 from rti_mpcc.qp.solver import Stop
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()
-STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 FAILED = Decisions(granted=(True,) * 40, stops=(Stop("forced to fail", 0),) * 40)
 
 
 def after_failures(cycles: int, turned: float = 0.0) -> list[Command]:
     """The commands of cycles without a solution, `turned` [rad] off, of a vehicle that has driven for 1 s."""
-    corridor = Corridor.from_offsets(STRAIGHT, left=40.0, right=-40.0)
-    driven, plant = (
-        DockingController(STRAIGHT, corridor, CONFIG),
-        Plant(car=Car(config=CONFIG), x=0.0, y=0.0, phi=0.0),
-    )
+    driven, plant = on_lane(40.0, 40.0, CONFIG), Plant(car=Car(config=CONFIG), x=0.0, y=0.0, phi=0.0)
     commands = []
     for k in range(20 + cycles):
         state, clock = plant.measured, None
         if k >= 20:
             state, clock = replace(state, phi=state.phi + turned), PlayedBack(FAILED)
         commands.append(driven.step(state, now=CONFIG.cycle * k, clock=clock))
-        plant.command(commands[-1].acceleration, commands[-1].steering_rate)
-        list(plant.advance(CONFIG.cycle))
+        plant.obey(commands[-1], CONFIG.cycle)
     return commands[20:]
 
 

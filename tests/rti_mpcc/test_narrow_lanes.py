@@ -11,6 +11,7 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 WIDE = 3.0
@@ -23,8 +24,7 @@ LENGTH = 20.0
 def driven(half: float, curvature: float, direction: int) -> Drive:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(direction, curvature, LENGTH)])
     config = ControllerConfig(dead_time=0.18)
-    controller = DockingController(path, Corridor.from_offsets(path, left=half, right=-half), config)
-    return drive(controller, Car(config=config), path.start, 120.0)
+    return drive(on_lane(path, half, config), Car(config=config), path.start, 120.0)
 
 
 def peaks(found: Drive) -> tuple[float, float]:
@@ -62,9 +62,8 @@ def test_no_lane_is_driven_faster_than_a_wide_one(half: float, curvature: float,
 def test_a_lane_that_leaves_less_than_the_margin_is_told_when_it_is_built(
     half: float, told: str | None, caplog: pytest.LogCaptureFixture
 ) -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, LENGTH)])
     with caplog.at_level(logging.WARNING):
-        DockingController(path, Corridor.from_offsets(path, left=half, right=-half))
+        on_lane(LENGTH, half)
     messages = [record.getMessage() for record in caplog.records]
     assert len(messages) == (told is not None)
     if told is not None:

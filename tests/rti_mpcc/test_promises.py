@@ -39,6 +39,15 @@ def test_the_promises_hold_whatever_a_controller_in_an_area_is_given(seed: int) 
     keep_promises(seed, in_area=True)
 
 
+@pytest.mark.acceptance
+@pytest.mark.parametrize("chunk", range(20))
+def test_the_promises_hold_over_6000_random_cases(chunk: int) -> None:
+    for seed in range(100 + 250 * chunk, 100 + 250 * (chunk + 1)):
+        keep_promises(seed)
+    for seed in range(100 + 50 * chunk, 100 + 50 * (chunk + 1)):
+        keep_promises(seed, in_area=True)
+
+
 # -- under faults --------------------------------------------------------------------------------------------
 
 SOLID = shapely.union_all([shapely.Polygon(ring) for ring in (*ROOMS.obstacles, CART)])

@@ -13,24 +13,12 @@ import pytest
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
 from rti_mpcc.recording import Recorder
-from rti_mpcc.simulation import RunResult, scenario_from_dict, simulate
+from rti_mpcc.simulation import RunResult, simulate
 from rti_mpcc.types import Status
+from tests.rti_mpcc.docking_runs import on_segments
 
-SCENARIO = scenario_from_dict(
-    {
-        "name": "one_cusp",
-        "path": {
-            "start": [0.0, 0.0, 0.0],
-            "segments": [
-                {"direction": 1, "curvature": 0.05, "length": 12.0},
-                {"direction": -1, "curvature": 0.0, "length": 12.0},
-            ],
-        },
-        "corridor": {"left": 3.0, "right": -3.0},
-        "goal": {"offset": [0.0, 0.2, 0.0]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 90.0},
-    }
-)
+ONE_CUSP = [(1, 0.05, 12.0), (-1, 0.0, 12.0)]
+SCENARIO = on_segments(ONE_CUSP, goal={"offset": [0.0, 0.2, 0.0]}, simulation={"duration": 90.0})
 PATH = SCENARIO.build_path()
 CONFIG = SCENARIO.controller_config()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,8 +10,8 @@ from types import ModuleType
 import pytest
 
 from rti_mpcc._shadow import check_packages
+from tests.processes import ROOT, fresh
 
-ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation")
 
 
@@ -50,13 +49,8 @@ def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("package", PACKAGES)
 def test_importing_the_package_beside_a_foreign_file_names_it(tmp_path: Path, package: str) -> None:
     (tmp_path / f"{package}.py").write_text("", encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", "import rti_mpcc"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])},
-        capture_output=True,
-        text=True,
-    )
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    done = fresh("-c", "import rti_mpcc", folder=tmp_path, path=path)
     assert done.returncode == 1
     last = done.stderr.strip().splitlines()[-1]
     assert last.startswith(f"ImportError: rti_mpcc needs its own package '{package}'")

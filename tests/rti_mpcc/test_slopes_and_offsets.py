@@ -11,8 +11,9 @@ from math import hypot, radians
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Limits, Status
+from geometry import Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, Limits, Status
+from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 CONFIG = ControllerConfig(dead_time=0.18)
@@ -21,21 +22,13 @@ NOISE = (0.01, 0.01, 0.002, 0.015, 0.002)
 SLOWER = 1.15
 """So many times the undisturbed time it may take."""
 
-COURSES = {
-    "forward": ReferencePath.from_segments(
-        start=Pose2(0.0, 0.0, 0.4), segments=[(1, 0.0, 3.0), (1, 0.12, 5.0), (1, -0.1, 4.0), (1, 0.0, 2.0)]
-    ),
-    "reverse": ReferencePath.from_segments(
-        start=Pose2(0.0, 0.0, 0.4),
-        segments=[(-1, 0.0, 3.0), (-1, 0.12, 5.0), (-1, -0.1, 4.0), (-1, 0.0, 2.0)],
-    ),
-    "tight": ReferencePath.from_segments(
-        start=Pose2(0.0, 0.0, 0.4), segments=[(-1, 0.2, 4.0), (-1, -0.1, 6.0), (-1, 0.23, 8.0)]
-    ),
-    "cusp": ReferencePath.from_segments(
-        start=Pose2(0.0, 0.0, 0.4), segments=[(1, 0.0, 4.0), (1, 0.1, 4.0), (-1, -0.1, 4.0), (-1, 0.1, 4.0)]
-    ),
+SEGMENTS = {
+    "forward": [(1, 0.0, 3.0), (1, 0.12, 5.0), (1, -0.1, 4.0), (1, 0.0, 2.0)],
+    "reverse": [(-1, 0.0, 3.0), (-1, 0.12, 5.0), (-1, -0.1, 4.0), (-1, 0.0, 2.0)],
+    "tight": [(-1, 0.2, 4.0), (-1, -0.1, 6.0), (-1, 0.23, 8.0)],
+    "cusp": [(1, 0.0, 4.0), (1, 0.1, 4.0), (-1, -0.1, 4.0), (-1, 0.1, 4.0)],
 }
+COURSES = {name: ReferencePath.from_segments(Pose2(0.0, 0.0, 0.4), rows) for name, rows in SEGMENTS.items()}
 
 
 def driven(
@@ -51,9 +44,8 @@ def driven(
     turn: float = 1.0,
 ) -> Drive:
     path = COURSES[course]
-    controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
     return drive(
-        controller,
+        on_lane(path, 5.0, config),
         Car(config=config, slope=slope, offset=offset, lag=lag, turn=turn),
         path.start,
         seconds,

@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.processes import ROOT, printed
+
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
 
 
 def run(arguments: Sequence[str | Path], directory: Path, search: Path | None = None) -> str:
     """Standard output of this interpreter run in `directory`, with only `search` as PYTHONPATH."""
-    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    if search is not None:
-        environment["PYTHONPATH"] = str(search)
-    done = subprocess.run(
-        [sys.executable, *map(str, arguments)], cwd=directory, env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    return printed(*map(str, arguments), folder=directory, path=str(search or ""))
 
 
 @pytest.fixture(scope="module")

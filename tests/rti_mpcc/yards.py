@@ -14,8 +14,9 @@ from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation.closed_loop import Controller
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import obeyed
 from tests.rti_mpcc.encounters import body_at
 
 CYCLE, DEAD_TIME = 0.05, 0.18
@@ -141,9 +142,7 @@ class Driver:
             docked_for = docked_for + CYCLE if command.docked else 0.0
             if docked_for >= after_docking:
                 break
-            plant = issue(
-                plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-            )
+            plant = obeyed(plant, command, parameters)
         return Drive(
             times=np.array(times),
             states=np.array(states),

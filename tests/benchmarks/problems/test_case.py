@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,28 +18,20 @@ from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level
 from benchmarks.problems.scenes import drawn_scene, scenario_of
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import changed, load_scenario, scenario_from_dict
+from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.campaign import MOST
+from tests.rti_mpcc.docking_runs import on_segments
 
-COURSE: dict[str, Any] = {
-    "name": "bent",
-    "path": {
-        "start": [0, 0, 0],
-        "segments": [
-            {"direction": 1, "curvature": 0.05, "length": 10},
-            {"direction": -1, "curvature": -0.1, "length": 8},
-            {"direction": -1, "curvature": 0.0, "length": 4.5},
-        ],
-    },
-    "corridor": {
+COURSE = on_segments(
+    [(1, 0.05, 10.0), (-1, -0.1, 8.0), (-1, 0.0, 4.5)],
+    corridor={
         "left": 4,
         "right": -3,
         "narrowings": [{"from": 2.0, "to": 4.0, "right": -1.5}, {"from": 6.0, "to": 7.0, "left": 1.8}],
         "obstacles": [[[5, -2], [6, -2], [6, -3]]],
     },
-    "goal": {"offset": [-2.0, 0.5, 0.1]},
-    "simulation": {"dead_time": 0.18},
-}
+    goal={"offset": [-2.0, 0.5, 0.1]},
+)
 CASE = CampaignCase(seed=11, level=Level.HARD, index=3)
 
 
@@ -84,7 +75,7 @@ def test_what_is_no_case_is_refused(changes: dict[str, int], message: str) -> No
 
 
 def test_a_course_is_told_in_figures() -> None:
-    assert course_figures(scenario_from_dict(COURSE)) == {
+    assert course_figures(COURSE) == {
         "direction": -1,
         "pieces": 3,
         "cusps": 1,
@@ -115,8 +106,7 @@ def test_disturbances_are_told_in_figures() -> None:
     measurement = {"position_std": 0.04, "heading_std": 0.03, "delay": 0.07, "dropout": 0.3, "outlier": 0.01}
     plant = {"wheelbase_error": 0.02, "steering_offset": -0.01, "acceleration_gain": 0.9, "dead_time": 0.2}
     noise = [0.01, 0.02, 0.03, 0.04, 0.05]
-    course = scenario_from_dict(COURSE)
-    assert list(disturbance_figures(course).values()) == [
+    assert list(disturbance_figures(COURSE).values()) == [
         *(0.0,) * 5, (0.0,) * 3, (0.0,) * 5, 0.0, 0.0, 1.0, 0.18
     ]  # fmt: skip
     changes = {
@@ -124,7 +114,7 @@ def test_disturbances_are_told_in_figures() -> None:
         "simulation.state_noise": noise,
         **{f"simulation.{name}": value for name, value in plant.items()},
     }
-    assert list(disturbance_figures(changed(course, changes)).values()) == [
+    assert list(disturbance_figures(changed(COURSE, changes)).values()) == [
         *(0.04, 0.03, 0.3, 0.01, 0.07, (0.1, 0.2, 0.05), tuple(noise)),
         *plant.values(),
     ]

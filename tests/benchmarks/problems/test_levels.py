@@ -12,8 +12,9 @@ from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene, scenario_of
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
+from rti_mpcc.simulation import Scenario, changed
 from rti_mpcc.simulation.sections.goal import MeasurementSection
+from tests.rti_mpcc.docking_runs import straight
 
 
 @pytest.fixture(scope="module")
@@ -86,14 +87,7 @@ def test_errors_are_to_either_side(many: list[Scenario]) -> None:
 
 
 def test_a_planned_goal_without_room_comes_nearer_to_the_true_one() -> None:
-    tight = scenario_from_dict(
-        {
-            "name": "tight",
-            "path": {"start": [0, 0, 0], "segments": [{"direction": 1, "curvature": 0, "length": 20}]},
-            "corridor": {"left": 1.1, "right": -1.1},
-            "goal": {"offset": [0.0, 0.0, 0.0]},
-        }
-    )
+    tight = straight(1, 20.0, corridor={"left": 1.1, "right": -1.1})
     wide = changed(tight, {"corridor.left": 5.0, "corridor.right": -5.0})
     shares = set()
     for index in range(10):

@@ -13,8 +13,9 @@ from benchmarks.problems.dockable import Witness, find_witness
 from benchmarks.problems.passages import CLEARANCE, CURVATURE_SHARE, CURVATURE_SLOPE, SPACING
 from benchmarks.problems.reaching import BACK, SLOPE
 from geometry import Pose2
-from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
+from rti_mpcc.simulation import Scenario, changed
 from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import straight
 
 LARGEST = CURVATURE_SHARE * tan(0.6) / 2.875
 ROUNDING = 1e-6
@@ -22,16 +23,8 @@ ROUNDING = 1e-6
 
 def course(changes: dict[str, Any] | None = None, *, direction: int = 1, length: float = 20.0) -> Scenario:
     """Straight along x, 4 m to both sides, a goal 2 m to the left of its end."""
-    tables = {
-        "name": "straight",
-        "path": {
-            "start": [0.0, 0.0, 0.0],
-            "segments": [{"direction": direction, "curvature": 0.0, "length": length}],
-        },
-        "corridor": {"left": 4.0, "right": -4.0},
-        "goal": {"offset": [0.0, 2.0, 0.0]},
-    }
-    return changed(scenario_from_dict(tables), changes or {})
+    beside = {"corridor.left": 4.0, "corridor.right": -4.0, "goal.offset": [0.0, 2.0, 0.0]}
+    return changed(straight(direction, length), beside | (changes or {}))
 
 
 def proven(scenario: Scenario) -> Witness:

@@ -5,10 +5,10 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.drive.fallback import ControlInput
-from rti_mpcc.drive.limiter import saturate
-from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.drive.limiter import exceeded, saturate
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
@@ -94,3 +94,29 @@ def test_a_command_takes_the_gain_up() -> None:
     known = Disturbance(acceleration=-0.3, gain=1.25)
     control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
     assert saturate(control, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)
+
+
+# -- a drive or a steering that is too weak is told with figures --------------------------------------------
+
+WEAK = ControllerConfig(limits=Limits(acceleration=0.5, steering=0.06))
+
+
+def test_what_leaves_enough_is_not_remarked_on() -> None:
+    assert exceeded(UNDISTURBED, WEAK) == ""
+    for sign in (1.0, -1.0):
+        assert exceeded(Disturbance(acceleration=sign * 0.4, steering=sign * 0.05), WEAK) == ""
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_slope_that_is_too_steep(sign: float) -> None:
+    reason = exceeded(Disturbance(acceleration=sign * 0.55), WEAK)
+    assert "too weak for the slope" in reason
+    assert f"{-sign * 0.55:+.2f} m/s²" in reason
+    assert "0.50 m/s²" in reason
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_wheels_that_stand_too_far_off(sign: float) -> None:
+    reason = exceeded(Disturbance(steering=sign * 0.06), WEAK)
+    assert "steering is too far off" in reason
+    assert f"{-sign * 3.4:+.1f} deg" in reason

@@ -112,9 +112,10 @@ def test_times_count_from_the_first_cycle_whatever_the_clock_shows_then(shown: f
     assert_stays(drive, 0.0)
 
 
-def test_a_wait_ends_with_what_it_waits_for() -> None:
+@pytest.mark.parametrize("seconds", [None, 9.0])
+def test_a_wait_ends_with_what_it_waits_for(seconds: float | None) -> None:
     now = [0.0]
-    mission = mission_in(YARD, [Wait(until=lambda: now[0] >= 2.0), Wait(0.0)])
+    mission = mission_in(YARD, [Wait(seconds, until=lambda: now[0] >= 2.0), Wait(0.0)])
     driven(mission, YARD, 10.0, before=lambda time: now.__setitem__(0, time))
     assert mission.result is SUCCEEDED
     assert mission.log[0].end == pytest.approx(2.0, abs=2.0 * CYCLE)
@@ -229,17 +230,23 @@ def test_a_way_that_is_filled_fails_after_its_patience_and_the_vehicle_drives_ho
     assert drive.clearance.min() > 0.04
 
 
-def test_what_takes_too_long_is_tried_again_and_given_up_or_passed_over() -> None:
-    steps: list[Step] = [Dock(DOCK, timeout=1.0, retries=1, then="continue"), Wait(0.2)]
-    mission = mission_in(YARD, steps)
-    drive = driven(mission, YARD, 20.0)
+@pytest.mark.parametrize("planned", [True, False], ids=["planned", "along its path"])
+def test_what_takes_too_long_is_tried_again_and_given_up_or_passed_over(planned: bool) -> None:
+    """Without planned ways a step that is tried again goes on along the path."""
+    config = BRISK if planned else ControllerConfig.paper(cycle=CYCLE, dead_time=0.18)
+    controller = DockingController.in_area(YARD, config) if planned else on_path(config)
+    goal = DOCK if planned else None
+    steps: list[Step] = [Dock(goal, timeout=1.0, retries=1, then="continue"), Wait(0.2)]
+    mission = DockingMission(controller, steps)
+    drive = driven(mission, YARD if planned else WIDE, 20.0, config=config)
     assert results(mission.log) == [
         ("dock", 0, 0, TIMED_OUT),
         ("dock", 0, 1, TIMED_OUT),
         ("wait", 1, 0, SUCCEEDED),
     ]
     assert mission.result is SUCCEEDED
-    assert_stays(drive, mission.log[-1].end or inf)
+    if planned:
+        assert_stays(drive, mission.log[-1].end or inf)
 
 
 def test_a_straight_move_with_too_large_an_error_is_told_before_it_begins_and_docked_for_once_more() -> None:
@@ -355,18 +362,6 @@ def test_a_controller_that_drives_its_path_only_refuses_what_needs_planned_ways(
     controller = on_path(ControllerConfig.paper(cycle=CYCLE, dead_time=0.18))
     with pytest.raises(InputError, match=r"steps\[1\]: needs planned routes"):
         DockingMission(controller, [Dock(), step])
-
-
-def test_it_docks_once_more_along_its_path() -> None:
-    """Without planned ways a step that is tried again goes on along the path."""
-    config = ControllerConfig.paper(cycle=CYCLE, dead_time=0.18)
-    mission = DockingMission(on_path(config), [Dock(timeout=2.0, retries=1, then="continue"), Wait(0.5)])
-    driven(mission, WIDE, 40.0, config=config)
-    assert results(mission.log) == [
-        ("dock", 0, 0, TIMED_OUT),
-        ("dock", 0, 1, TIMED_OUT),
-        ("wait", 1, 0, SUCCEEDED),
-    ]
 
 
 # -- what stands at docks ------------------------------------------------------------------------------------

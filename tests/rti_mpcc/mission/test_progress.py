@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.config import MissionSettings
 from rti_mpcc.mission import Approach, Dock, DriveTo, Step, Straight, Undock, Wait
-from rti_mpcc.mission.progress import advance_mission, end_mission
+from rti_mpcc.mission.progress import advance_mission
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.mission.step import TROUBLE, UNDECIDED, MissionCycle, Next, StepOutcome
 from rti_mpcc.orders import GoTo, Stand
@@ -101,26 +101,6 @@ def test_it_succeeds_once_the_vehicle_has_stood_there_for_a_moment(some: Command
     assert (away.result, away.mission_state.docked_since) == (RUNNING, None)
 
 
-@pytest.mark.parametrize(
-    "step",
-    [Wait(2.0), Wait(until=lambda: True), Wait(9.0, until=lambda: True)],
-    ids=["time", "signal", "both"],
-)
-def test_a_wait_is_over_after_its_time_or_by_its_signal(some: Command, step: Wait) -> None:
-    waiting, mission_state = command(some, Status.WAITING), under_way(step)
-    assert judge_step(mission_state, waiting, True, 10.5).result is SUCCEEDED
-    for now in (10.5, 12.0, 19.0):
-        over = step.seconds is not None and now - 10.0 >= step.seconds
-        assert judge_step(mission_state, waiting, False, now).result is (SUCCEEDED if over else RUNNING)
-    late = judge_step(under_way(replace(step, timeout=1.0)), waiting, False, 11.0)
-    assert (late.result, late.reason) == (TIMED_OUT, "not over after 1 s")
-
-
-def test_a_straight_move_is_over_by_its_signal(some: Command) -> None:
-    outcome = judge_step(under_way(Straight(1.0)), command(some, Status.FOLLOWING), True, 11.0)
-    assert (outcome.result, outcome.reason) == (SUCCEEDED, "ended by its signal")
-
-
 # -- the next step -------------------------------------------------------------------------------------------
 
 
@@ -140,23 +120,6 @@ def pending(mission_state: MissionState) -> list[tuple[str, int, int]]:
 
 def at_dock(mission_state: MissionState, dock: Dock, place: int = 0, **values: Any) -> MissionState:
     return replace(mission_state, dock_state=DockState(dock=dock, place=place, pose=AT, body_at=AT, **values))
-
-
-def test_after_success_follows_the_next_step_and_after_the_last_one_the_end() -> None:
-    steps = Wait(1.0), DriveTo(AT)
-    assert then(under_way(*steps), RUNNING, *steps) == (under_way(*steps), None)
-    mission_state, order = then(under_way(*steps), SUCCEEDED, *steps)
-    assert (pending(mission_state), order, mission_state.started, mission_state.result) == (
-        [("drive_to", 1, 0)],
-        None,
-        None,
-        RUNNING,
-    )
-    (record,) = mission_state.log
-    assert (record.begin, record.end, record.result, record.reason) == (10.0, 12.0, SUCCEEDED, "why")
-    mission_state, order = then(under_way(*steps, place=1), SUCCEEDED, *steps)
-    assert (mission_state.pending, mission_state.result, order) == ((), SUCCEEDED, None)
-    assert then(under_way(Straight(1.0)), SUCCEEDED, Straight(1.0)).order == Stand(at_once=True)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -273,16 +236,3 @@ def test_if_one_end_of_an_undocking_is_not_reached_the_next_one_is_tried(result:
     assert (order.goal, order.terms.tolerance, found.log[-1].goal) == (AT, (0.2, 0.2, 0.1), AT)
     last = then(replace(found, data=ends[2:]), result, step).mission_state
     assert (last.pending, last.result, last.data) == ((), result, None)
-
-
-def test_a_mission_that_is_ended_drops_all_that_is_left() -> None:
-    steps = Wait(1.0), Wait(2.0)
-    mission_state, order = end_mission(under_way(*steps), MissionResult.CANCELLED, "", 11.0)
-    assert (mission_state.pending, mission_state.result, order) == (
-        (),
-        MissionResult.CANCELLED,
-        Stand(at_once=True),
-    )
-    assert (mission_state.log[-1].end, mission_state.log[-1].result) == (11.0, MissionResult.CANCELLED)
-    between = end_mission(under_way(*steps, started=None), MissionResult.CANCELLED, "", 11.0).mission_state
-    assert (between.log, between.result) == ((), MissionResult.CANCELLED)

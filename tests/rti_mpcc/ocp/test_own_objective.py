@@ -11,11 +11,10 @@ import pytest
 from rti_mpcc import ConfigError, ControllerConfig, DockingController
 from rti_mpcc.objectives import DockingObjective
 from rti_mpcc.recording import Recorder, read_recording, replay
-from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation import changed, load_scenario, simulate
 from tests.rti_mpcc.own_code import shown_class
 
-SCENARIO = load_scenario("docking_behind")
+SCENARIO = changed(load_scenario("docking_behind"), {"simulation.duration": 1.0})
 
 
 @pytest.fixture
@@ -26,20 +25,12 @@ def kind() -> Iterator[Any]:
 
 
 def commands(config: ControllerConfig, file: Path) -> list[float]:
-    """Accelerations of the first cycles, which go to a recording."""
-    path, found = SCENARIO.build_path(), []
-    controller = DockingController(path, SCENARIO.build_corridor(path), config)
-    start, parameters = SCENARIO.start_pose(), PlantParameters.of(config.vehicle, config.limits)
-    plant = PlantState(x=start.x, y=start.y, phi=start.phi)
+    """Accelerations of the first second, which goes to a recording."""
+    path = SCENARIO.build_path()
+    controller: Any = DockingController(path, SCENARIO.build_corridor(path), config)
     with Recorder(controller, file) as recorder:
-        for _ in range(20):
-            command = recorder.step(plant.measured, now=plant.time, goal=SCENARIO.goal_pose())
-            a, rate = command.acceleration, command.steering_rate
-            plant = advance(
-                issue(plant, parameters, acceleration=a, steering_rate=rate), parameters, plant.time + 0.05
-            )
-            found.append(a)
-    return found
+        accelerations = simulate(SCENARIO, controller=recorder).cycles.acceleration
+    return list(map(float, accelerations))
 
 
 def test_it_drives_otherwise_and_a_recording_holds_it(kind: Any, tmp_path: Path) -> None:

@@ -18,9 +18,9 @@ from rti_mpcc.qp.solver import SLICE_ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.contents import from_line, to_line
 from rti_mpcc.simulation import docking_controller
-from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantState, advance
 from rti_mpcc.types import Command, VehicleState
-from tests.rti_mpcc.docking_runs import short
+from tests.rti_mpcc.docking_runs import obeyed, short
 
 SCENARIO = short()
 """An S of 12 m in reverse."""
@@ -81,9 +81,7 @@ def drive(recorder: Recorder, cycles: Iterable[int], given: Given = usual) -> li
         arguments: dict[str, Any] = {"state": state, "now": cycle * CYCLE} | given(cycle, state)
         command = recorder.step(arguments.pop("state"), **arguments)
         commands.append(command)
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
+        plant = obeyed(plant, command, parameters)
     return commands
 
 
@@ -135,6 +133,11 @@ def eventful(cycle: int, state: VehicleState) -> dict[str, Any]:
     if cycle in FAILED:
         given["clock"] = Forced()
     return given
+
+
+def eventful_recording(file: Path) -> Path:
+    """Of the eventful cycles."""
+    return record(file, EVENTFUL, eventful)
 
 
 def change(file: Path, cycle: int, edit: Callable[[dict[str, Any]], object], *, checked: bool) -> Path:

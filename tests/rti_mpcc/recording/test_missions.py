@@ -14,8 +14,9 @@ from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.mission import Approach, Dock, DockingMission, DriveTo, Step, Straight, Undock, Wait
 from rti_mpcc.recording import Recorder, read_recording, replay
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantParameters, PlantState
 from rti_mpcc.types import MissionResult
+from tests.rti_mpcc.docking_runs import obeyed
 from tests.rti_mpcc.mission_runs import CANCELLED, RUNNING, SUCCEEDED, TIMED_OUT, results
 from tests.rti_mpcc.recording.recordings import box, change
 
@@ -37,10 +38,7 @@ def driven(recorder: Recorder, seconds: float, cancel_at: float | None = None) -
             recorder.cancel()
             cancel_at = None
         command = recorder.step(plant.measured, now=plant.time)
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, round(plant.time + CONFIG.cycle, 9))
+        plant = obeyed(plant, command, parameters, round(plant.time + CONFIG.cycle, 9))
     assert command is not None
     assert command.mission is not None
     return mission.result

@@ -25,6 +25,7 @@ from rti_mpcc.types import Status
 from tests.rti_mpcc.planned import OnPlannedPath
 from tests.rti_mpcc.report.conftest import driven
 from tests.rti_mpcc.short_missions import short
+from tests.rti_mpcc.simulation.conftest import area_tables
 
 MOTION = [
     "speed\n[m/s]",
@@ -38,13 +39,7 @@ COMPUTING = "time a cycle\n[ms]"
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.05, 6.0), (-1, 0.0, 4.0)])
 OTHER = ReferencePath.from_segments(Pose2(0.5, 0.0, 0.0), [(1, 0.0, 6.0)])
 WALL = np.array([[14.0, -3.0], [14.5, -3.0], [14.5, -2.0], [14.0, -2.0]])
-HALL = {
-    "name": "hall",
-    "start": {"pose": [0.0, 0.0, 0.0]},
-    "area": {
-        "boundary": [[-5.0, -6.0], [25.0, -6.0], [25.0, 6.0], [-5.0, 6.0]],
-        "obstacles": [[[8.0, 4.0], [10.0, 4.0], [10.0, 5.0], [8.0, 5.0]]],
-    },
+HALL = area_tables() | {
     "goal": {"pose": [PATH.end.x, PATH.end.y, PATH.end.phi]},
     "simulation": {"duration": 2.0, "cycle": 0.1},
 }
@@ -62,6 +57,15 @@ def hall() -> Ride:
 @pytest.fixture(scope="module")
 def mission() -> tuple[RunResult, Ride]:
     return driven(short())
+
+
+def assert_nothing_is_cut_off(figure: Figure) -> None:
+    """The edges of its picture are white: tight pictures have a rim around all that is drawn."""
+    stream = BytesIO()
+    draw.save(figure, stream)
+    picture = np.asarray(Image.open(stream).convert("L"))
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert edge.min() == 255
 
 
 def labels(where: Axes | Figure) -> list[str]:
@@ -156,14 +160,9 @@ def test_timeline_shares_its_time_axis_and_names_units(ride: Ride, figures: dict
 def test_nothing_of_the_written_pictures_is_cut_off(
     which: str, ride: Ride, mission: tuple[RunResult, Ride]
 ) -> None:
-    """The edges of the pictures are white: tight pictures have a rim around all that is drawn."""
     shown = ride if which == "run" else mission[1]
     for figure in (overview_figure(shown), timeline_figure(shown, {"time_to_dock_s": 1.0})):
-        stream = BytesIO()
-        draw.save(figure, stream)
-        picture = np.asarray(Image.open(stream).convert("L"))
-        for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
-            assert edge.min() == 255
+        assert_nothing_is_cut_off(figure)
 
 
 # The goal's rows: GOAL is the true one, and looks along y.

@@ -10,8 +10,9 @@ import pytest
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, PathChange, repaired_path
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.simulation import scenario_from_dict, simulate, summary
+from rti_mpcc.simulation import simulate, summary
 from rti_mpcc.world.surroundings import area_along
+from tests.rti_mpcc.docking_runs import on_segments
 
 CONFIG = ControllerConfig()
 OPEN = Area(boundary=[(-50.0, -50.0), (80.0, -50.0), (80.0, 80.0), (-50.0, 80.0)])
@@ -124,17 +125,8 @@ def test_a_controller_reports_its_changes_and_the_published_presets_keep_the_pat
 
 
 def test_a_run_is_measured_along_the_path_that_is_driven() -> None:
-    bend = {"direction": 1, "curvature": 0.4, "length": 0.5 * pi / 0.4}
-    straight = {"direction": 1, "curvature": 0.0, "length": 12.0}
-    scenario = scenario_from_dict(
-        {
-            "name": "corner",
-            "path": {"start": [0.0, 0.0, 0.0], "segments": [straight, bend, straight]},
-            "corridor": {"left": 4.0, "right": -4.0},
-            "simulation": {"dead_time": 0.18, "duration": 60.0},
-        }
-    )
-    run = simulate(scenario)
+    corner = [(1, 0.0, 12.0), (1, 0.4, 0.5 * pi / 0.4), (1, 0.0, 12.0)]
+    run = simulate(on_segments(corner, corridor={"left": 4.0, "right": -4.0}))
     told = summary(run)
     assert told["docked"]
     assert run.paths[0][1].max_curvature <= CONFIG.max_curvature

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
@@ -20,6 +21,7 @@ from rti_mpcc.types import (
     Diagnostics,
     EffectiveWeights,
     Objective,
+    Obstacle,
     Source,
     Status,
     Trajectory,
@@ -56,9 +58,7 @@ class Scripted:
     part: Callable[[float], int] = lambda now: 0
     iterations: Callable[[float], int] = lambda now: 10
     docked: Callable[[float], bool] = lambda now: True
-    given: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(
-        default_factory=list
-    )
+    given: list[tuple[float, VehicleState, Pose2 | None, Any]] = field(default_factory=list)
     detections: list[tuple[GoalMeasurement, ...]] = field(default_factory=list)
 
     def step(
@@ -68,7 +68,7 @@ class Scripted:
         now: float,
         goal: Pose2 | None = None,
         measurements: Sequence[GoalMeasurement] = (),
-        obstacles: Sequence[Array] | None = None,
+        obstacles: Sequence[Array | Obstacle] | None = None,
     ) -> Command:
         self.given.append((now, state, goal, obstacles))
         self.detections.append(tuple(measurements))
@@ -122,16 +122,6 @@ class ScriptedPlanner(Scripted):
         return super().step(state, now=now, **given)
 
 
-@pytest.fixture
-def scripted() -> type[Scripted]:
-    return Scripted
-
-
-@pytest.fixture
-def scripted_planner() -> type[ScriptedPlanner]:
-    return ScriptedPlanner
-
-
 def straight_tables() -> dict[str, Any]:
     """10 m straight ahead along x, 3 m to both sides, goal at the end."""
     return {
@@ -164,21 +154,22 @@ def area_tables() -> dict[str, Any]:
     }
 
 
-MAP = """image: yard.pgm
-resolution: 1.0
-origin: [-10, -6, 0]
-negate: 0
-occupied_thresh: 0.65
-free_thresh: 0.2
-"""
+def write_map(
+    folder: Path, cells: NDArray[np.uint8], resolution: float, origin: tuple[float, float, float]
+) -> Path:
+    """yard.yaml, a map of these cells, rows from the top; `resolution`: of one [m]."""
+    rows, columns = cells.shape
+    (folder / "yard.pgm").write_bytes(f"P5\n{columns} {rows}\n255\n".encode() + cells.tobytes())
+    entries = f"image: yard.pgm\nresolution: {resolution}\norigin: {list(origin)}\n"
+    (folder / "yard.yaml").write_text(f"{entries}negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n")
+    return folder / "yard.yaml"
 
 
-def write_map(folder: Path) -> None:
-    """40 m by 12 m, free but for its rim."""
+def write_yard(folder: Path) -> None:
+    """A map of 40 m by 12 m, free but for its rim."""
     cells = np.full((12, 40), 254, dtype=np.uint8)
     cells[[0, -1]] = cells[:, [0, -1]] = 0
-    (folder / "yard.pgm").write_bytes(b"P5\n40 12\n255\n" + cells.tobytes())
-    (folder / "yard.yaml").write_text(MAP)
+    write_map(folder, cells, 1.0, (-10, -6, 0))
 
 
 def camera_tables(**camera: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
 from rti_mpcc.simulation.metrics import body_clearances, untimed
-from tests.rti_mpcc.simulation.conftest import forward, still
+from tests.rti_mpcc.simulation.conftest import Scripted, ScriptedPlanner, forward, still
 
 AHEAD = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0), (-1, 0.0, 3.0), (1, 0.0, 14.0)])
 BACK = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.0), [(1, 0.0, 14.0)])
@@ -22,8 +22,8 @@ def first_ahead_then_back(now: float) -> ReferencePath | None:
     return None if now < 0.475 else AHEAD if now < 1.475 else BACK
 
 
-def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Scenario) -> None:
-    controller = scripted_planner(script=forward, planned=first_ahead_then_back)
+def test_progress_is_on_the_way_that_was_planned(hall: Scenario) -> None:
+    controller = ScriptedPlanner(script=forward, planned=first_ahead_then_back)
     result = simulate(changed(hall, {"simulation.duration": 2.0}), controller=controller)
     times, x = result.truth.times, result.truth.poses[:, 0]
     assert [begin for begin, _ in result.paths] == [0.5, 1.5]
@@ -41,15 +41,15 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert (result.truth.part == 0).all()
 
 
-def test_without_a_route_there_is_no_path(scripted: Any, hall: Scenario) -> None:
-    result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=scripted(script=still))
+def test_without_a_route_there_is_no_path(hall: Scenario) -> None:
+    result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=Scripted(script=still))
     assert not result.paths
     with pytest.raises(InputError, match=r"hall: no route was found"):
         _ = result.path
 
 
-def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
-    controller = scripted_planner(script=still, planned=first_ahead_then_back)
+def test_figures_of_the_planning(hall: Scenario) -> None:
+    controller = ScriptedPlanner(script=still, planned=first_ahead_then_back)
     result = simulate(changed(hall, {"simulation.duration": 2.0}), controller=controller)
     figures = summary(result)
     assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
@@ -60,13 +60,11 @@ def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
 ASIDE = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(-1, 0.0, 1.0), (1, 0.0, 9.0)])
 
 
-def leaving(
-    scripted_planner: Any, straight: Scenario, planned: Any, x: float = 0.0, y: float = 0.0
-) -> RunResult:
+def leaving(straight: Scenario, planned: Any, x: float = 0.0, y: float = 0.0) -> RunResult:
     """Two seconds at rest there, on 10 m of path along x, which the controller may leave for others."""
     return simulate(
         changed(straight, {"simulation.duration": 2.0, "simulation.start_offset": [x, y, 0.0]}),
-        controller=scripted_planner(script=still, planned=planned),
+        controller=ScriptedPlanner(script=still, planned=planned),
     )
 
 
@@ -75,10 +73,8 @@ def on_given_then_aside(straight: Scenario) -> Any:
     return lambda now: given if now < 0.975 else ASIDE
 
 
-def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
-    scripted_planner: Any, straight: Scenario
-) -> None:
-    result = leaving(scripted_planner, straight, on_given_then_aside(straight))
+def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(straight: Scenario) -> None:
+    result = leaving(straight, on_given_then_aside(straight))
     (begin, given), (left, aside) = result.paths
     assert (begin, left) == (0.0, 1.0)
     assert aside is ASIDE
@@ -87,15 +83,15 @@ def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
     assert given.length == 10.0
     figures = summary(result)
     assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(10.0), "cusps": 1}
-    stays = leaving(scripted_planner, straight, lambda now: given)
+    stays = leaving(straight, lambda now: given)
     assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
 
 
-def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> None:
+def test_clearance_is_to_all_that_is_solid(hall: Scenario) -> None:
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
-    result = simulate(scenario, controller=scripted(script=still))
+    result = simulate(scenario, controller=Scripted(script=still))
     assert body_clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
     scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
-    result = simulate(scenario, controller=scripted(script=still))
+    result = simulate(scenario, controller=Scripted(script=still))
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)

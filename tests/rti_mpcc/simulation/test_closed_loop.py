@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import GoalSource, Scenario, changed, simulate
 from rti_mpcc.types import Status
-from tests.rti_mpcc.simulation.conftest import forward, still
+from tests.rti_mpcc.simulation.conftest import Scripted, forward, still
 
 
 def triangle(peak: float) -> Any:
@@ -20,12 +20,10 @@ def triangle(peak: float) -> Any:
 
 
 @pytest.mark.parametrize("cycle", [0.005, 0.05, 0.055, 0.2])
-def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
-    scripted: Any, straight: Scenario, cycle: float
-) -> None:
+def test_controller_is_called_at_its_cycle_whatever_the_plant_step(straight: Scenario, cycle: float) -> None:
     scenario = changed(straight, {"simulation.cycle": cycle, "simulation.plant_step": 0.005})
     scenario = changed(scenario, {"simulation.duration": 2.0})
-    controller = scripted(script=still)
+    controller = Scripted(script=still)
     result = simulate(scenario, controller=controller)
     assert np.array([given[0] for given in controller.given]) == pytest.approx(
         cycle * np.arange(int(2.0 / cycle + 1e-9) + 1), abs=1e-9
@@ -34,9 +32,9 @@ def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
     assert result.ended == "duration"
 
 
-def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario) -> None:
+def test_run_ends_half_a_second_after_docking(straight: Scenario) -> None:
     scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0]})
-    result = simulate(scenario, controller=scripted(script=triangle(2.0)))
+    result = simulate(scenario, controller=Scripted(script=triangle(2.0)))
     truth = result.truth
     standing = truth.times[np.argmax((truth.times > 3.0) & (np.abs(truth.v) <= 0.02 + 1e-12))]
     assert result.ended == "docked"
@@ -45,30 +43,28 @@ def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario)
 
 
 @pytest.mark.parametrize("status", [Status.STALLED, Status.FAILED])
-def test_run_ends_five_seconds_after_a_latched_stop(
-    scripted: Any, straight: Scenario, status: Status
-) -> None:
-    controller = scripted(script=still, status=lambda now: status if now >= 2.0 else Status.FOLLOWING)
+def test_run_ends_five_seconds_after_a_latched_stop(straight: Scenario, status: Status) -> None:
+    controller = Scripted(script=still, status=lambda now: status if now >= 2.0 else Status.FOLLOWING)
     result = simulate(straight, controller=controller)
     assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(7.0, abs=1e-9))
 
 
-def test_goal_is_told_only_where_the_scenario_has_one(scripted: Any, straight: Scenario) -> None:
+def test_goal_is_told_only_where_the_scenario_has_one(straight: Scenario) -> None:
     short = changed(straight, {"simulation.duration": 0.2})
-    without, with_goal = scripted(script=still), scripted(script=still)
+    without, with_goal = Scripted(script=still), Scripted(script=still)
     simulate(short, controller=without)
     simulate(changed(short, {"goal.pose": [11.0, 0.5, 0.1]}), controller=with_goal)
     assert {given[2] for given in without.given} == {None}
     assert {given[2] for given in with_goal.given} == {Pose2(11.0, 0.5, 0.1)}
 
 
-def test_goal_shifts_in_its_own_frame_at_its_distance(scripted: Any, straight: Scenario) -> None:
+def test_goal_shifts_in_its_own_frame_at_its_distance(straight: Scenario) -> None:
     shifts = [
         {"at_distance": 6.0, "offset": [0.1, 0.2, 0.3]},
         {"at_distance": 4.0, "offset": [0.5, 0.0, 0.0]},
     ]
     scenario = changed(straight, {"goal.shifts": shifts, "simulation.duration": 4.5})
-    controller = scripted(script=forward)
+    controller = Scripted(script=forward)
     truth = simulate(scenario, controller=controller).truth
     first = Pose2(10.0, 0.0, 0.0).compose(Pose2(0.1, 0.2, 0.3))
     second = first.compose(Pose2(0.5, 0.0, 0.0))
@@ -80,13 +76,13 @@ def test_goal_shifts_in_its_own_frame_at_its_distance(scripted: Any, straight: S
     assert {given[2] for given in controller.given} == {None, first, second}
 
 
-def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenario) -> None:
+def test_noise_has_its_size_and_follows_the_seed(straight: Scenario) -> None:
     noise = [0.1, 0.2, 0.03, 0.04, 0.005]
     scenario = changed(straight, {"simulation.state_noise": noise, "simulation.duration": 20.0})
     scenario = changed(scenario, {"simulation.cycle": 0.01})
     measured = []
     for seed in (0, 0, 1):
-        controller = scripted(script=still)
+        controller = Scripted(script=still)
         truth = simulate(scenario, controller=controller, seed=seed).truth
         measured.append(np.array([[s.x, s.y, s.phi, s.v, s.delta] for _, s, _, _ in controller.given]))
         assert not truth.poses.any()

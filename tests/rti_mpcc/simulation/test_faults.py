@@ -12,7 +12,7 @@ from geometry import Pose2
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import short
-from tests.rti_mpcc.simulation.conftest import forward, still
+from tests.rti_mpcc.simulation.conftest import Scripted, forward, still
 
 DETECTED = {"rate": 20.0, "dropout": 0.0, "outlier": 0.0, "initial_offset": [0.0, 0.0, 0.0]}
 
@@ -31,15 +31,15 @@ def acting(controller: Any) -> list[bool]:
 
 
 @pytest.mark.parametrize(("kind", "broken"), [("nan_state", isnan), ("infinite_state", isinf)])
-def test_no_measured_number_is_finite(scripted: Any, straight: Scenario, kind: str, broken: Any) -> None:
-    controller = scripted(script=still)
+def test_no_measured_number_is_finite(straight: Scenario, kind: str, broken: Any) -> None:
+    controller = Scripted(script=still)
     simulate(faulty(straight, kind), controller=controller)
     for (_, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         assert {broken(v) for v in (state.x, state.y, state.phi, state.v, state.delta)} == {acts}
 
 
-def test_a_frozen_state_is_that_of_the_first_cycle(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=forward)
+def test_a_frozen_state_is_that_of_the_first_cycle(straight: Scenario) -> None:
+    controller = Scripted(script=forward)
     simulate(faulty(straight, "frozen_state"), controller=controller)
     for (now, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         measured_at = 0.5 if acts else now
@@ -47,10 +47,8 @@ def test_a_frozen_state_is_that_of_the_first_cycle(scripted: Any, straight: Scen
 
 
 @pytest.mark.parametrize("size", [0.5, -0.3])
-def test_a_jump_moves_the_measured_position_to_the_left(
-    scripted: Any, straight: Scenario, size: float
-) -> None:
-    controller = scripted(script=still)
+def test_a_jump_moves_the_measured_position_to_the_left(straight: Scenario, size: float) -> None:
+    controller = Scripted(script=still)
     start = [1.0, 0.5, np.pi / 6.0]
     scenario = changed(faulty(straight, "state_jump", size), {"simulation.start_offset": start})
     truth = simulate(scenario, controller=controller).truth
@@ -61,8 +59,8 @@ def test_a_jump_moves_the_measured_position_to_the_left(
         assert (state.phi, state.v, state.delta) == (start[2], 0.0, 0.0)
 
 
-def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=lambda now, state: (1.0 if now < 0.475 else -1.0, 0.0))
+def test_lost_cycles_leave_the_vehicle_with_its_last_command(straight: Scenario) -> None:
+    controller = Scripted(script=lambda now, state: (1.0 if now < 0.475 else -1.0, 0.0))
     result = simulate(faulty(straight, "lost_cycles"), controller=controller)
     # The last command before the loss is that of 0.45 s: it acts until the one of 1 s.
     times = np.concatenate([0.05 * np.arange(10), 1.0 + 0.05 * np.arange(21)])
@@ -72,8 +70,8 @@ def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, stra
     assert truth.v == pytest.approx(np.minimum(truth.times, 2.0 - truth.times), abs=1e-9)
 
 
-def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=still)
+def test_the_clock_goes_back_and_forth_again(straight: Scenario) -> None:
+    controller = Scripted(script=still)
     result = simulate(faulty(straight, "clock_back"), controller=controller)
     given = np.array([given[0] for given in controller.given])
     assert result.cycles.times == pytest.approx(0.05 * np.arange(41), abs=1e-9)
@@ -95,8 +93,8 @@ def test_every_qp_of_the_cycle_goes_wrong(kind: str, word: str, late: bool) -> N
     }
 
 
-def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=still)
+def test_a_goal_jumps_to_its_left_and_back(straight: Scenario) -> None:
+    controller = Scripted(script=still)
     scenario = faulty(straight, "goal_jump", 0.6, {"goal.pose": [9.0, 0.5, np.pi / 6.0]})
     result = simulate(scenario, controller=controller)
     goal = Pose2(9.0, 0.5, np.pi / 6.0)
@@ -106,9 +104,9 @@ def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) ->
 
 
 @pytest.mark.parametrize("kind", ["goal_jump", "goal_nan"])
-def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scenario, kind: str) -> None:
+def test_detections_go_wrong_in_place_of_the_goal(straight: Scenario, kind: str) -> None:
     detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
-    usual, wrong = scripted(script=still), scripted(script=still)
+    usual, wrong = Scripted(script=still), Scripted(script=still)
     simulate(changed(straight, {"simulation.duration": 2.0, **detected}), controller=usual)
     simulate(faulty(straight, kind, changes=detected), controller=wrong)
     assert {given[2] for given in wrong.given} == {Pose2(10.0, 0.0, 0.0)}
@@ -121,8 +119,8 @@ def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scena
             assert (bad.stamp, bad.x, bad.y) == pytest.approx((good.stamp, place.x, place.y))
 
 
-def test_a_stop_counts_from_the_end_of_the_last_fault_on(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=still, status=lambda now: Status.FAILED)
+def test_a_stop_counts_from_the_end_of_the_last_fault_on(straight: Scenario) -> None:
+    controller = Scripted(script=still, status=lambda now: Status.FAILED)
     faults = [{"kind": "nan_state", "from": 0.5, "to": 3.0}, {"kind": "nan_state", "from": 1.0, "to": 2.0}]
     result = simulate(changed(straight, {"faults": faults}), controller=controller)
     assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(8.0))
@@ -130,9 +128,9 @@ def test_a_stop_counts_from_the_end_of_the_last_fault_on(scripted: Any, straight
 
 @pytest.mark.parametrize(("begin", "end", "over"), [(0.5, 3.0, 3.0), (1.5, 3.0, 1.0), (0.1, 0.5, 1.0)])
 def test_a_docked_vehicle_is_watched_to_the_end_of_a_fault_that_acts(
-    scripted: Any, straight: Scenario, begin: float, end: float, over: float
+    straight: Scenario, begin: float, end: float, over: float
 ) -> None:
     faults = [{"kind": "nan_state", "from": begin, "to": end}]
     scenario = changed(straight, {"faults": faults, "goal.pose": [0.0, 0.0, 0.0]})
-    result = simulate(scenario, controller=scripted(script=still))
+    result = simulate(scenario, controller=Scripted(script=still))
     assert (result.ended, result.truth.times[-1]) == ("docked", pytest.approx(over))

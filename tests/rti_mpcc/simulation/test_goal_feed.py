@@ -14,7 +14,7 @@ from rti_mpcc.simulation import GoalSource, Scenario, SimulatedDetector, scenari
 from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.types import Array
-from tests.rti_mpcc.simulation.conftest import forward, still
+from tests.rti_mpcc.simulation.conftest import Scripted, forward, still
 
 VEHICLE = Pose2(3.0, -1.0, 2.5)
 PLANNED, TRUE = Pose2(10.5, 0.2, 0.1), Pose2(10.0, 0.0, 0.0)
@@ -87,9 +87,9 @@ def test_source_needs_a_detector(source: GoalSource) -> None:
 
 @pytest.mark.parametrize("source", list(GoalSource))
 def test_run_keeps_its_source_and_gives_measurements_to_a_filter_only(
-    scripted: Any, tables: dict[str, Any], source: GoalSource
+    tables: dict[str, Any], source: GoalSource
 ) -> None:
-    controller = scripted(script=still)
+    controller = Scripted(script=still)
     scenario = watched(tables, 0.5, initial_offset=[0.4, 0.0, 0.0])
     result = simulate(scenario, controller=controller, goal_source=source)
     assert result.goal_source is source
@@ -111,9 +111,9 @@ def watched(tables: dict[str, Any], duration: float = 2.0, **measurement: Any) -
 
 @pytest.mark.parametrize(("rate", "delay"), [(10.0, 0.0), (7.0, 0.13), (60.0, 0.1), (60.0, 0.13)])
 def test_loop_exposes_between_cycles_and_gives_at_the_first_cycle_after_the_delay(
-    scripted: Any, tables: dict[str, Any], rate: float, delay: float
+    tables: dict[str, Any], rate: float, delay: float
 ) -> None:
-    controller = scripted(script=forward)
+    controller = Scripted(script=forward)
     simulate(watched(tables, rate=rate, delay=delay, **EXACT), controller=controller)
     cycles = zip(controller.given, controller.detections, strict=True)
     arrived = [(given[0], one) for given, ones in cycles for one in ones]
@@ -126,10 +126,10 @@ def test_loop_exposes_between_cycles_and_gives_at_the_first_cycle_after_the_dela
     assert [one.x for _, one in arrived] == pytest.approx(10.0 - 0.5 * stamps**2, abs=1e-6)
 
 
-def test_noise_is_the_same_whatever_the_controller_does(scripted: Any, tables: dict[str, Any]) -> None:
+def test_noise_is_the_same_whatever_the_controller_does(tables: dict[str, Any]) -> None:
     found, states = [], []
     for script, seed in ((still, 4), (forward, 4), (still, 5)):
-        controller = scripted(script=script)
+        controller = Scripted(script=script)
         simulate(watched(tables, dropout=0.3), controller=controller, seed=seed)
         rows = []
         for one in [one for ones in controller.detections for one in ones]:
@@ -141,6 +141,6 @@ def test_noise_is_the_same_whatever_the_controller_does(scripted: Any, tables: d
     assert found[0][:4, 1].tolist() != found[2][:4, 1].tolist()
     # That of the state has a stream of its own.
     for other in (watched(tables, rate=60.0, dropout=0.5), watched(tables)):
-        controller = scripted(script=still)
+        controller = Scripted(script=still)
         simulate(other, controller=controller, seed=4)
         assert [given[1] for given in controller.given] == states[0]

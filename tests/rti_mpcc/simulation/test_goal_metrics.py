@@ -14,17 +14,17 @@ from estimation import GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, RunResult, Scenario, changed, simulate, summary
 from rti_mpcc.simulation.metrics import errors_to, goal_summary
-from tests.rti_mpcc.simulation.conftest import with_columns
+from tests.rti_mpcc.simulation.conftest import Scripted, with_columns
 
 GOAL = Pose2(10.0, 0.0, 0.0)
 ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
 
 
 @pytest.fixture
-def run(scripted: Any, straight: Scenario) -> RunResult:
+def run(straight: Scenario) -> RunResult:
     """A run of 11 cycles, 0.1 s apart, whose tracking the tests replace; the goal is at (10, 0, 0)."""
     scenario = changed(straight, {"simulation.duration": 1.0, "simulation.cycle": 0.1})
-    return simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+    return simulate(scenario, controller=Scripted(script=lambda now, state: (0.0, 0.0)))
 
 
 def tracked(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, metrics, si
 from rti_mpcc.simulation.metrics import body_clearances, energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import energy_bound, turning_points
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
-from tests.rti_mpcc.simulation.conftest import with_columns
+from tests.rti_mpcc.simulation.conftest import Scripted, still, with_columns
 
 STEP = 0.01
 TIMES: Array = STEP * np.arange(1001, dtype=np.float64)
@@ -48,17 +47,21 @@ def truth_of(
 
 
 @pytest.fixture
-def run(scripted: Any, straight: Scenario) -> RunResult:
+def run(straight: Scenario) -> RunResult:
     """A run whose truth the tests replace."""
-    controller = scripted(script=lambda now, state: (0.0, 0.0))
-    return simulate(changed(straight, {"simulation.duration": 1.0}), controller=controller)
+    return simulate(changed(straight, {"simulation.duration": 1.0}), controller=Scripted(script=still))
 
 
-BODY = {"vehicle.width": 2.0, "vehicle.front": 3.0, "vehicle.rear": 1.0}
+BRIEF = {"simulation.duration": 0.1, "vehicle.width": 2.0, "vehicle.front": 3.0, "vehicle.rear": 1.0}
+
+
+@pytest.fixture
+def in_lane(straight: Scenario) -> RunResult:
+    """A body of 4 by 2 m in a lane of 6 m along x."""
+    return simulate(changed(straight, BRIEF), controller=Scripted(script=still))
 
 
 def clearance_at(run: RunResult, pose: tuple[float, float, float]) -> float:
-    """Of a body of 4 by 2 m in a lane of 6 m along x."""
     truth = replace(run.truth, poses=np.tile(pose, (len(run.truth.times), 1)))
     return float(body_clearances(replace(run, truth=truth))[0])
 
@@ -74,29 +77,22 @@ def clearance_at(run: RunResult, pose: tuple[float, float, float]) -> float:
     ],
 )
 def test_clearance_is_negative_across_and_beyond_a_boundary(
-    scripted: Any, straight: Scenario, pose: tuple[float, float, float], expected: float
+    in_lane: RunResult, pose: tuple[float, float, float], expected: float
 ) -> None:
-    scenario = changed(straight, {"simulation.duration": 0.1, **BODY})
-    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
-    assert clearance_at(run, pose) == pytest.approx(expected, abs=1e-9)
+    assert clearance_at(in_lane, pose) == pytest.approx(expected, abs=1e-9)
 
 
-def test_clearance_is_judged_by_shapely_too(
-    scripted: Any, straight: Scenario, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_clearance_is_judged_by_shapely_too(in_lane: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the controller's own distance sees nothing, shapely's counts."""
-    scenario = changed(straight, {"simulation.duration": 0.1, **BODY})
-    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
     monkeypatch.setattr(metrics, "clearances", lambda poses, *_: np.full((len(poses), 1), np.inf))
-    assert clearance_at(run, (4.0, 0.5, 0.0)) == pytest.approx(1.5)
-    assert -1e-6 < clearance_at(run, (4.0, 2.5, 0.0)) < 0.0
+    assert clearance_at(in_lane, (4.0, 0.5, 0.0)) == pytest.approx(1.5)
+    assert -1e-6 < clearance_at(in_lane, (4.0, 2.5, 0.0)) < 0.0
 
 
 def test_clearance_in_an_area_is_judged_by_shapely_too(
-    scripted: Any, hall: Scenario, monkeypatch: pytest.MonkeyPatch
+    hall: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scenario = changed(hall, {"simulation.duration": 0.1, **BODY})
-    run = simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+    run = simulate(changed(hall, BRIEF), controller=Scripted(script=still))
     assert clearance_at(run, (8.0, 0.0, 0.0)) == pytest.approx(1.0)  # to the box
     monkeypatch.setattr(Area, "signed_distances", lambda area, body, poses, *_: np.full(len(poses), np.inf))
     assert clearance_at(run, (8.0, 0.0, 0.0)) == pytest.approx(1.0)
@@ -171,12 +167,12 @@ def test_the_best_ride_takes_no_more_than_its_bound(sign: float) -> None:
     assert energy(truth, None)["acceleration"] == pytest.approx(energy_bound(truth, 12.0), rel=1e-3)
 
 
-def test_hard_braking_is_counted_by_its_reason(scripted: Any, straight: Scenario) -> None:
+def test_hard_braking_is_counted_by_its_reason(straight: Scenario) -> None:
     # 0.5 m/s², from 3 s on -1 m/s² for 0.5 s, then none: the reasons are the controller's.
     def script(now: float, state: VehicleState) -> tuple[float, float]:
         return (0.5 if now < 3.0 else -1.0 if now < 3.5 else 0.0), 0.0
 
-    controller = scripted(script=script, docked=lambda now: False)
+    controller = Scripted(script=script, docked=lambda now: False)
     result = simulate(changed(straight, {"simulation.duration": 5.0}), controller=controller)
     cycles = result.cycles
     hard = int(np.count_nonzero(cycles.acceleration == -1.0))
@@ -239,12 +235,8 @@ def test_summary_has_the_names_of_the_contract(run: RunResult) -> None:
 
 
 def test_substitutes_are_counted_and_braking_to_the_goal_is_none(run: RunResult) -> None:
-    solved, shifted, braking, standing = (
-        Source.SOLUTION,
-        Source.SHIFTED_PLAN,
-        Source.BRAKING,
-        Source.STANDSTILL,
-    )
+    solved, shifted, braking = Source.SOLUTION, Source.SHIFTED_PLAN, Source.BRAKING
+    standing = Source.STANDSTILL
     none = [(solved, Status.FOLLOWING), (braking, Status.SETTLING), (standing, Status.DOCKED)]
     some = [(shifted, Status.FOLLOWING), (braking, Status.BLOCKED), (standing, Status.FAILED)]
     source, status = zip(*none, *some, strict=True)

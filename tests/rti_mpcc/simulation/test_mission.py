@@ -13,9 +13,7 @@ from geometry.outline import outline_at
 from rti_mpcc.config import Vehicle
 from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.simulation import Scenario, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.controllers import all_succeeded
 from rti_mpcc.simulation.scenery import touches, with_body
-from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.simulation.conftest import area_tables
 
 BODY = [(4.5, -1.0), (6.5, -1.0), (6.5, 1.0), (4.5, 1.0)]
@@ -91,17 +89,3 @@ def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> Non
     before = truth.times < move["begin_s"]
     assert truth.poses[before, 0].max() - 15.0 < gap - 0.05
     assert found["min_clearance_m"] > 0.0
-
-
-def record(place: int, attempt: int, result: MissionResult) -> StepRecord:
-    return StepRecord(kind="wait", place=place, attempt=attempt, begin=0.0, result=result)
-
-
-def test_all_steps_succeed_by_their_last_tries() -> None:
-    well, badly, on = MissionResult.SUCCEEDED, MissionResult.BLOCKED, MissionResult.RUNNING
-    again = [record(0, 0, well), record(1, 0, badly), record(0, 0, well), record(1, 1, well)]
-    assert all_succeeded(well, again)
-    assert not all_succeeded(well, again[:2])  # it went on after a failure
-    assert not all_succeeded(badly, [record(1, 0, badly), record(1, 0, well)])  # and drove home
-    assert not all_succeeded(on, [record(0, 0, on)])
-    assert all_succeeded(None, [])

@@ -25,7 +25,7 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.controllers import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
-from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
+from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_yard
 from tests.rti_mpcc.yards import BRISK
 
 IN_AN_AREA = [name for name in builtin_names() if load_scenario(name).in_area]
@@ -210,21 +210,18 @@ def test_everything_a_file_may_have_comes_back(tables: dict[str, Any], tmp_path:
 
 
 @pytest.mark.parametrize("kind", ["path", "map"])
-def test_files_lie_beside_the_scenario_and_are_found_from_elsewhere(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write_map(tmp_path)
+def test_files_lie_beside_the_scenario_and_are_found_from_elsewhere(kind: str, elsewhere: Path) -> None:
+    write_yard(elsewhere)
     rows = ["x,y,heading,direction", *(f"{x},0.0,0.0,1" for x in range(0, 11, 2))]
-    (tmp_path / "way.csv").write_text("\n".join(rows))
-    file = tmp_path / "mine.toml"
+    (elsewhere / "way.csv").write_text("\n".join(rows))
+    file = elsewhere / "mine.toml"
     ground = {
         "path": '[path]\nfile = "way.csv"\n[corridor]\nleft = 3\nright = -3\n',
         "map": '[start]\npose = [0, 0, 0]\n[area]\nmap = "yard.yaml"\n[goal]\npose = [15, 0, 0]\n',
     }
     file.write_text('name = "mine"\n' + ground[kind])
-    monkeypatch.chdir(tmp_path)
     scenario = load_scenario("mine.toml")
-    again = load_scenario(save_scenario(scenario, tmp_path / "elsewhere"))
+    again = load_scenario(save_scenario(scenario, elsewhere / "saved"))
     for one in (scenario, again, changed(scenario, {"simulation.cycle": 0.1})):
         if kind == "path":
             assert one.build_path().length == pytest.approx(10.0)

@@ -12,7 +12,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, changed, simulate, summary
 from rti_mpcc.simulation.scenery import ACROSS, BESIDE, THICKNESS
 from rti_mpcc.types import Array
-from tests.rti_mpcc.simulation.conftest import forward, still
+from tests.rti_mpcc.simulation.conftest import Scripted, ScriptedPlanner, forward, still
 
 VEHICLE = Vehicle()
 FRONT, REAR, HALF = VEHICLE.front, VEHICLE.rear, 0.5 * VEHICLE.width + BESIDE
@@ -48,14 +48,13 @@ def extent(outline: Array) -> tuple[float, float, float, float]:
     ids=["ahead", "in reverse", "behind the end", "the vehicle behind the end"],
 )
 def test_along_a_path_it_reaches_to_the_boundaries(
-    scripted: Any,
     straight: Scenario,
     segment: dict[str, Any],
     at: tuple[float, float, float],
     gap: float,
     near: float,
 ) -> None:
-    outline = put(changed(straight, {"path.segments": [segment]}), scripted(script=still), gap, *at)
+    outline = put(changed(straight, {"path.segments": [segment]}), Scripted(script=still), gap, *at)
     left, right, beside = near, near + segment["direction"] * THICKNESS, 3.0 if abs(near) < 10.0 else ACROSS
     assert extent(outline) == pytest.approx((min(left, right), -beside, max(left, right), beside))
 
@@ -74,20 +73,18 @@ def test_along_a_path_it_reaches_to_the_boundaries(
     ids=["ahead", "behind a cusp", "not on the body", "behind the end", "without a route"],
 )
 def test_in_an_area_it_is_somewhat_wider_than_the_body(
-    scripted_planner: Any, hall: Scenario, segments: Any, x: float, gap: float, near: float, direction: int
+    hall: Scenario, segments: Any, x: float, gap: float, near: float, direction: int
 ) -> None:
     triples = [(each["direction"], 0.0, each["length"]) for each in segments or ()]
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), triples) if triples else None
-    outline = put(hall, scripted_planner(script=still, planned=lambda now: path), gap, x)
+    outline = put(hall, ScriptedPlanner(script=still, planned=lambda now: path), gap, x)
     far = near + direction * THICKNESS
     assert extent(outline) == pytest.approx((min(near, far), -HALF, max(near, far), HALF))
 
 
 @pytest.mark.parametrize("ground", ["straight", "hall"])
-def test_it_is_given_and_kept_for_as_long_as_it_is_there(
-    scripted: Any, ground: str, request: pytest.FixtureRequest
-) -> None:
-    controller = scripted(script=forward)
+def test_it_is_given_and_kept_for_as_long_as_it_is_there(ground: str, request: pytest.FixtureRequest) -> None:
+    controller = Scripted(script=forward)
     result = simulate(blocked(request.getfixturevalue(ground)), controller=controller)
     assert [len(given[3]) for given in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
     assert [begin for begin, _ in result.obstacles] == [0.0, 1.0, 2.0]
@@ -97,8 +94,8 @@ def test_it_is_given_and_kept_for_as_long_as_it_is_there(
     assert summary(result)["min_clearance_m"] == pytest.approx(-0.5, abs=0.02)
 
 
-def test_it_comes_on_top_of_other_obstacles(scripted: Any, straight: Scenario) -> None:
-    known, given = scripted(script=still), scripted(script=still)
+def test_it_comes_on_top_of_other_obstacles(straight: Scenario) -> None:
+    known, given = Scripted(script=still), Scripted(script=still)
     simulate(changed(blocked(straight), {"corridor.obstacles": [BOX]}), controller=known)
     later = lambda now: [np.array(BOX)] if now > 1.475 else []  # noqa: E731
     simulate(blocked(straight), controller=given, obstacles_at=later)
@@ -107,10 +104,8 @@ def test_it_comes_on_top_of_other_obstacles(scripted: Any, straight: Scenario) -
 
 
 @pytest.mark.parametrize("ground", ["straight", "hall"])
-def test_without_changes_no_obstacles_are_given(
-    scripted: Any, ground: str, request: pytest.FixtureRequest
-) -> None:
-    controller = scripted(script=still)
+def test_without_changes_no_obstacles_are_given(ground: str, request: pytest.FixtureRequest) -> None:
+    controller = Scripted(script=still)
     scenario = changed(request.getfixturevalue(ground), {"simulation.duration": 0.2})
     simulate(scenario, controller=controller)
     assert {given[3] for given in controller.given} == {None}
@@ -125,10 +120,10 @@ CART = {"polygon": [[6.0, 4.0], [7.0, 4.0], [7.0, 5.0], [6.0, 5.0]], "velocity":
 
 
 def test_a_moving_obstacle_is_given_with_its_velocity_where_it_is_while_it_is_there(
-    scripted: Any, straight: Scenario
+    straight: Scenario,
 ) -> None:
     cart = {**CART, "from": 0.5, "to": 1.5, "turn_rate": 0.2, "name": "cart"}
-    controller = scripted(script=still)
+    controller = Scripted(script=still)
     simulate(changed(straight, {"simulation.duration": 2.0, "moving": [cart]}), controller=controller)
     times = np.array([given[0] for given in controller.given])
     there = [given[3] for given in controller.given]
@@ -141,11 +136,9 @@ def test_a_moving_obstacle_is_given_with_its_velocity_where_it_is_while_it_is_th
     assert np.arctan2(turned[2, 1], turned[2, 0]) == pytest.approx(np.pi / 4 + 0.2)
 
 
-def test_the_clearance_is_to_where_a_moving_obstacle_is_at_that_time(
-    scripted: Any, straight: Scenario
-) -> None:
+def test_the_clearance_is_to_where_a_moving_obstacle_is_at_that_time(straight: Scenario) -> None:
     scenario = changed(straight, {"simulation.duration": 10.0, "moving": [CART]})
-    figures = summary(simulate(scenario, controller=scripted(script=still)))
+    figures = summary(simulate(scenario, controller=Scripted(script=still)))
     # It passes in front of the vehicle, which stands 6 m - front away.
     assert figures["min_clearance_m"] == pytest.approx(min(3.0 - HALF + BESIDE, 6.0 - FRONT), abs=0.01)
 

@@ -12,7 +12,7 @@ import tomlkit
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation import load_docks, scenario_from_dict
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
-from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_map
+from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_yard
 
 CASES = (Path(__file__).parent / "wrong_files.txt").read_text(encoding="utf-8")
 
@@ -118,7 +118,7 @@ def test_bad_path_files_are_named(tmp_path: Path) -> None:
     ],
 )
 def test_bad_maps_are_named(tmp_path: Path, file: str, old: str, new: str | None, said: str) -> None:
-    write_map(tmp_path)
+    write_yard(tmp_path)
     if new is None:
         (tmp_path / file).unlink()
     else:
