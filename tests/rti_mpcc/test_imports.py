@@ -74,6 +74,11 @@ def test_estimation_loads_filterpy_with_the_first_filter_and_that_no_drawing() -
     assert "matplotlib" not in made
 
 
+def test_pictures_are_drawn_without_pyplot_which_would_keep_them() -> None:
+    drawing = "from rti_mpcc.report import campaign, overview, plan, timeline"
+    assert printed("-c", f"import sys; {drawing}; print('matplotlib.pyplot' in sys.modules)") == "False"
+
+
 @pytest.mark.acceptance
 def test_estimation_loads_opencv_with_the_first_detector() -> None:
     assert "cv2" not in packages_after("import estimation; estimation.Camera(), estimation.CharucoBoard()")
