@@ -316,16 +316,20 @@ def clearance_at(
     within: float,
     shape: Array,
     witness: Array,
+    compared: Index,
 ) -> float:
     """Signed distance [m] of a body at one pose to the nearest shape, `within` where none is nearer.
 
-    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in. One pose of the kernel above, again: to
+    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in. `compared` (1,) rises by one, and by
+    the number of shapes that are near. One pose of the kernel above, again: to
     hand the body and the grid from one function to the next takes longer than all that is done with them.
     """
     least, c, s = within, cos(phi), sin(phi)
+    compared[0] += 1
     first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
     for row in range(first_row, last_row + 1):
         first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+        compared[0] += grid.begins[last_cell + 1] - grid.begins[first_cell]
         for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
             i = grid.members[k]
             dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y

@@ -37,8 +37,8 @@ _UNMOVED = (0.03, 0.03, 0.03)
 """Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
 lateral [m], heading [rad]."""
 _JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
-_SLICES = 2  # of planning in one cycle, at most
-_SLICES_AT_REST = 6  # of a vehicle that stands and waits for its route
+_SLICES = 3  # of planning in one cycle, at most
+_SLICES_AT_REST = 9  # of a vehicle that stands and waits for its route
 INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
 NO_MANOEUVRE = 1.0  # [m], length of the straight route of a vehicle that stands without a manoeuvre
 

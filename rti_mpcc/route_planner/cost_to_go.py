@@ -18,8 +18,8 @@ from geometry.shape_grid import POINT, ShapeGrid, locked
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.route_planner.tree import pop, push
 
-_SLICE = 4096  # places that are checked at a time
-_POPS = 16384  # cells that are taken from the heap at a time
+_SLICE = 1024  # places that are checked at a time
+_POPS = 8192  # cells that are taken from the heap at a time
 
 
 class CostToGo(NamedTuple):

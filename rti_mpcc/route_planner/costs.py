@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Out1, Out2, inner
+from geometry.compiled import IndexOut1, Out1, Out2, inner
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import Body, ShapeGrid, clearance_at
@@ -21,7 +21,6 @@ from rti_mpcc.route_planner.tree import MOST_TARGETS
 
 NO_LENGTH: Final = 1e-9
 """[m] what is shorter is nothing."""
-_PROBES: Final = 7  # poses of a curve at which most that are blocked are found to be
 
 
 class Terms(NamedTuple):
@@ -66,7 +65,7 @@ class SearchWorkspace(NamedTuple):
     """A body, all that is solid around it, and buffers to compute in.
 
     Attributes:
-        shape, witness: of clearances.
+        shape, witness: of clearances; compared: (1,) poses that were checked, and shapes near them.
         lengths, turns: (WORDS, PIECES) of the curves between two poses, in radii and signs; order: (WORDS,)
             cost of each; curve: (PIECES, 2) signed lengths [m] and curvatures [1/m] of one of them; best:
             the same of the one that `cheapest_curve` has found.
@@ -77,6 +76,7 @@ class SearchWorkspace(NamedTuple):
     solid: ShapeGrid
     shape: Out2
     witness: Out1
+    compared: IndexOut1
     lengths: Out2
     turns: Out2
     order: Out1
@@ -92,6 +92,7 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
         solid=solid,
         shape=np.empty((max(solid.largest, 2), 2)),
         witness=np.empty(WITNESS),
+        compared=np.zeros(1, np.int64),
         lengths=np.empty((WORDS, PIECES)),
         turns=np.empty((WORDS, PIECES)),
         order=np.empty(WORDS),
@@ -104,7 +105,7 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
 @inner
 def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: float) -> float:
     """Clearance of the body at a pose, `within` where nothing is nearer [m]."""
-    return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness)
+    return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness, work.compared)
 
 
 @inner
@@ -142,18 +143,18 @@ def cheapest_curve(
     most: float,
     terms: Terms,
     work: SearchWorkspace,
-) -> tuple[float, float, int]:
+) -> tuple[float, float]:
     """Find the clear curve from a pose (3,) to another one (3,) by which a route is cheapest: `work.best`.
 
     Args:
         ends: cost of the rest of the route [m], the arc before the curve and, as against time, the one behind
             it: signed length [m], 0 where there is none, and curvature [1/m].
 
-    Returns: the cost of the route without closeness, inf where it is no less than `most`; what closeness adds
-    to that; the number of poses that were checked.
+    Returns: the cost of the route without closeness, inf where it is no less than `most`, and what closeness
+    adds to that.
     """
     base, before, behind = ends
-    count, cost, closeness, checked = _find_curves(pose, target, terms, work), inf, 0.0, 0
+    count, cost, closeness = _find_curves(pose, target, terms, work), inf, 0.0
     for i in range(count):
         _take_curve(work, i, terms.radius)
         work.order[i] = base + cost_along(work.curve, before, terms)
@@ -163,13 +164,12 @@ def cheapest_curve(
         if work.order[i] >= most:
             break
         _take_curve(work, i, terms.radius)
-        extra, poses = closeness_along(pose, work.curve, most - work.order[i], terms, work)
-        checked += poses
+        extra = closeness_along(pose, work.curve, most - work.order[i], terms, work)
         if work.order[i] + extra < most:
             cost, closeness, work.best[:] = work.order[i], extra, work.curve
             most = cost + closeness - terms.cheaper
         work.order[i] = inf
-    return cost, closeness, checked
+    return cost, closeness
 
 
 @inner
@@ -221,18 +221,15 @@ def _joint_cost(arcs: Array, behind: Array, terms: Terms) -> float:
 
 
 @inner
-def closeness_along(
-    start: Array, arcs: Array, most: float, terms: Terms, work: SearchWorkspace
-) -> tuple[float, int]:
-    """Cost of a curve from a pose (3,) for being close to something, and the number of poses that were
-    checked for it.
+def closeness_along(start: Array, arcs: Array, most: float, terms: Terms, work: SearchWorkspace) -> float:
+    """Cost of a curve from a pose (3,) for being close to something.
 
-    The cost is inf where the clearance is less than the margin, or where it costs more than `most`.
+    It is inf where the clearance is less than the margin, or where it is more than `most`.
     """
     if _is_blocked(start, arcs, terms, work):
-        return inf, _PROBES
+        return inf
     x, y, phi = start[0], start[1], start[2]
-    extra, clear, checked = 0.0, 0.0, _PROBES
+    extra, clear = 0.0, 0.0
     for k in range(len(arcs)):
         if arcs[k, 0] == 0.0:
             continue
@@ -242,12 +239,11 @@ def closeness_along(
             step = step_to_take(clear, left, lever, terms)
             x, y, phi = pose_after(x, y, phi, sign * step, arcs[k, 1])
             clear = clear_at(work, x, y, phi, terms.open)
-            checked += 1
             extra += step * closeness_of(clear, terms)
             if clear < terms.margin or extra > most:
-                return inf, checked
+                return inf
             left -= step
-    return extra, checked
+    return extra
 
 
 @inner

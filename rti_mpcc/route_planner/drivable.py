@@ -20,7 +20,7 @@ from rti_mpcc.route_planner.smoothing import Smoothing
 
 _WINDOW = 25.0  # longest window of a route, in radii of the sharpest bend
 _ITERATIONS = 40  # of a smoothing, at most
-_POSES = 2048  # that are checked at a time
+_POSES = 512  # that are checked at a time
 _NEAR_GOAL = 1e-2  # error at the end [m], [rad] of a window that is as good as smooth, ...
 _SETTLED = 0.03  # ... and change of its curvatures in the last iteration, as a share
 _RAISES = 3  # times that the weight of the margin is raised where a smooth route is not clear, ...
@@ -89,6 +89,7 @@ def make_drivable(
         made = None
         if len(arcs) > 1 or not all(joints):  # the middle of a long arc is smooth as it is
             smoothing = Smoothing(problem, arcs, at, target, _end_curvatures(arcs, joints, after))
+            yield
             made = yield from _smooth(problem, smoothing, at, after, least)
         if made is None:
             stops = np.arange(len(arcs) + len(after)) < len(arcs) + len(after) - 1

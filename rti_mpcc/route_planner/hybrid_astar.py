@@ -211,7 +211,7 @@ def _connect(
             break
         work.target_costs[k] = inf
         ends = tree.cost[node] + other.cost[there], tree.arc[node], other.arc[there]
-        cost, closeness, _ = cheapest_curve(tree.pose[node], other.pose[there], ends, best, terms, work)
+        cost, closeness = cheapest_curve(tree.pose[node], other.pose[there], ends, best, terms, work)
         if cost < inf:
             if best == inf:
                 whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]

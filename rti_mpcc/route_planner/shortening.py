@@ -28,7 +28,8 @@ from rti_mpcc.route_planner.costs import (
 )
 
 _PLACES = 40  # on a route, about
-_SLICE = 4096  # poses that are checked at a time, about
+_SLICE = 60_000  # poses that are checked at a time, and shapes near them, about
+_WORDS: Final = 1000  # so many of them take as long as the curves between two places
 _CURVES = 2  # the cheapest ones, that are checked between two places
 _CHEAPER = 1e-6  # by less no curve is [m]
 _NONE: Final = np.zeros(2)  # no arc
@@ -91,13 +92,13 @@ def shorten(
 def _advance(
     places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace, budget: int
 ) -> tuple[int, int]:
-    """Try pairs of places from i and j on, until so many poses were checked; returns the next pair."""
-    checked = 0
-    while j < len(places.cost) and checked < budget:
+    """Try pairs of places from i and j on, until `budget` is compared; returns the next pair."""
+    work.compared[0] = 0
+    while j < len(places.cost) and work.compared[0] < budget:
         if i == 0:
-            checked += _follow(places, j, terms, work)
+            _follow(places, j, terms, work)
         if i < j - 1:
-            checked += _join(places, i, j, terms, work)
+            _join(places, i, j, terms, work)
             i += 1
         if i >= j - 1:
             i, j = 0, j + 1
@@ -105,34 +106,32 @@ def _advance(
 
 
 @inner
-def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> int:
-    """Reach a place by the given route; returns the number of poses that were checked."""
+def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> None:
+    """Reach a place by the given route."""
     before, arc, curve = places.pose[j - 1], places.route[j - 1], work.curve
     curve[:] = 0.0
     curve[0, 0], curve[0, 1] = arc[0], arc[1]
-    extra, checked = closeness_along(before, curve, inf, terms, work)
+    extra = closeness_along(before, curve, inf, terms, work)
     # It was found to be clear at the poses of the search, which need not be those of this check.
     extra = extra if extra < inf else terms.closeness * abs(arc[0])
     places.cost[j] = places.cost[j - 1] + cost_along(curve, places.incoming[j - 1], terms)
     places.cost[j] += extra
     places.before[j], places.arcs[j] = j - 1, curve
     places.incoming[j] = arc
-    return checked
 
 
 @inner
-def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) -> int:
-    """Reach a place from one before by a curve, if that costs less; returns the number of poses that were
-    checked."""
+def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) -> None:
+    """Reach a place from one before by a curve, if that costs less."""
     here, there, most = places.pose[i], places.pose[j], places.cost[j] - terms.cheaper
     if places.cost[i] + least_to(here, there, terms) >= most:
-        return 0
+        return
+    work.compared[0] += _WORDS
     ends = 0.0, places.incoming[i], _NONE
-    cost, closeness, checked = cheapest_curve(here, there, ends, most - places.cost[i], terms, work)
+    cost, closeness = cheapest_curve(here, there, ends, most - places.cost[i], terms, work)
     if cost < inf:
         places.cost[j] = places.cost[i] + cost + closeness
         places.before[j], places.arcs[j] = i, work.best
         for each in range(PIECES):
             if work.best[each, 0] != 0.0:
                 places.incoming[j] = work.best[each]
-    return checked
