@@ -8,17 +8,17 @@ version, and the last bits from machine to machine.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import asin, atan2, hypot, inf, isnan, nan, pi
 
 import numpy as np
-import shapely
 
 from geometry.arrays import Array
+from geometry.compiled import Array2, IndexOut1, kernel
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
 from geometry.shape_grid import ShapeGrid, locked
 from geometry.validation import Validated, to_rows, validate
 
-PIECE = 500  # points that are simplified together
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
 SMOOTH = 1e-3  # [m] the same for its half-planes
 BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
@@ -73,10 +73,34 @@ class PartLines(Validated, error=CorridorError):
 def simplified(line: Array, most: float) -> Array:
     """Return a polyline (m, 2) with few points, within `most` [m] of the given one.
 
-    Piece by piece: the time that it takes grows with the square of a piece's length.
+    From each point that is kept on, the line is straight as far as one ray passes all points at `most`. No
+    choice between points that are equally far off: rounding would decide it, and a turned corridor would have
+    other walls.
     """
-    if len(line) <= 2:
-        return line
-    pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
-    found = map(shapely.get_coordinates, shapely.simplify(pieces, most, preserve_topology=False))
-    return np.concatenate([*(each[:-1] for each in found), line[-1:]])
+    kept = np.zeros(len(line), dtype=np.int64)
+    return line[:1] if len(line) < 2 else line[kept[: _keep(line, most, kept)]]
+
+
+@kernel
+def _keep(line: Array2, most: float, kept: IndexOut1) -> int:
+    """Put the indices of the points that are kept into `kept` (m,); returns their number."""
+    count, i = 1, 0
+    while i < len(line) - 1:
+        # Directions of rays from the i-th point, from that to the first point beyond `most`.
+        low, high, first, reached, last = -inf, inf, nan, 0.0, i + 1
+        for j in range(i + 1, len(line)):
+            dx, dy = line[j, 0] - line[i, 0], line[j, 1] - line[i, 1]
+            distance = hypot(dx, dy)
+            if distance < reached:
+                break  # it turns back
+            if distance > most:
+                direction = atan2(dy, dx)
+                first = direction if isnan(first) else first
+                turn = direction - first - 2.0 * pi * round((direction - first) / (2.0 * pi))
+                if turn < low or turn > high:
+                    break
+                aside = asin(most / distance)
+                low, high = max(low, turn - aside), min(high, turn + aside)
+            reached, last = distance, j
+        kept[count], count, i = last, count + 1, last
+    return count

@@ -33,7 +33,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest
 from rti_mpcc.ocp.side_clearance import side_clearance_along
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
-from rti_mpcc.qp.solver import COLD, RETRY, WARM
+from rti_mpcc.qp.solver import COLD, WARM
 from rti_mpcc.types import Array, Trajectory
 
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
@@ -222,9 +222,9 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
         solution = mpcc.feedback(state, 0.0, patience=FIRST_PATIENCE)
         before, ends = ends, float(solution.trajectory.times[-1])
         if not solution.solved:
-            if steps is RETRY:
+            if steps is COLD:
                 break
-            guess, steps = solution.trajectory, RETRY  # once more from a clean start
+            guess, steps = solution.trajectory, COLD  # once more from a clean start
         elif damping == DAMPING and abs(ends - before) < PLANNED_ACCURACY * ends:
             break
         else:

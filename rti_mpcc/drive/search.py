@@ -21,7 +21,7 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.qp.solver import COLD, RETRY, Steps
+from rti_mpcc.qp.solver import COLD, Steps
 from rti_mpcc.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
@@ -119,7 +119,7 @@ def from_last(solution: Solution | None) -> InitialIterate:
 
 def clean(plan: Trajectory) -> InitialIterate:
     """Again from the last valid plan, with nothing kept of the solver's results since."""
-    return replace(from_last(None), guess=plan, steps=RETRY, patience=CLEAN_PATIENCE)
+    return replace(from_last(None), guess=plan, steps=COLD, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> InitialIterate:

@@ -42,6 +42,11 @@ guess none is scaled down."""
 ROW_SCALING_MOST = 1e4
 """Largest k, for bounds at infinity."""
 
+CRUISE_UNIT = 0.1
+"""Where a plan has a fixed time, bounds on the acceleration count in so much of their unit. Such a plan gains
+speed along that bound, and each row that acts takes the longer the larger its unit is. Where the end is free,
+dT moves these bounds all at once: with a small unit that takes thousands of iterations (docs/decisions, 4)."""
+
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
 
@@ -104,7 +109,9 @@ def fill(
     """
     _fill_cost(values, pattern, cost, slack, scale, damping, idle)
     _fill_dynamics(values, pattern, step, lengths, states)
-    _fill_bounds(values, pattern, bounds, states, controls, scaled_from, most)
+    fixed = len(pattern.time_column) > 0 and len(end.stretches) == 0
+    unit = CRUISE_UNIT if fixed else 1.0
+    _fill_bounds(values, pattern, bounds, states, controls, unit, scaled_from, most)
     _fill_half_planes(values, pattern, rows, scaled_from, most)
     if len(pattern.time_column) > 0:
         _fill_end(values, pattern, end, bounds, controls, scale)
@@ -200,9 +207,9 @@ def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
 @inner
 def _fill_bounds(
     values: QpValues, pattern: QpPattern, bounds: StageBounds, states: Array, controls: Array,
-    scaled_from: float, most: float,
+    unit: float, scaled_from: float, most: float,
 ) -> None:  # fmt: skip
-    """The bounds on the changes of states and controls."""
+    """The bounds on the changes of states and controls; `unit`: share of their unit for the acceleration."""
     for kind in range(2):
         limits = bounds.states if kind == 0 else bounds.controls
         for k in range(len(controls)):
@@ -210,7 +217,8 @@ def _fill_bounds(
                 here = states[k + 1, BOUNDED[i]] if kind == 0 else controls[k, i]
                 low = (limits[k, 0, i] - here) / pattern.bound_units[kind, i]
                 high = (limits[k, 1, i] - here) / pattern.bound_units[kind, i]
-                by = _row_scaling(min(high, -low), scaled_from, most)
+                share = unit if kind == 1 and i == A else 1.0
+                by = share * _row_scaling(min(high, -low) / share, scaled_from, most)
                 slot, row = pattern.bounds[kind, k, i], pattern.bound_rows[kind, k, i]
                 values.constraints[slot] = pattern.constraint_scale[slot] / by
                 values.row_scaling[row], values.lower[row], values.upper[row] = by, low / by, high / by

@@ -47,6 +47,9 @@ not that good by then has to reach `SolverSettings.tolerance`."""
 SLICE_ITERATIONS = 48
 """So many are done in one go, then the step size is adapted, and it is asked whether to go on. OSQP's own
 time limit stops anywhere, which could not be played back."""
+LOST_AFTER = FINE_ITERATIONS + SLICE_ITERATIONS
+"""A QP that is not solved by then does not get there from the one before it: it starts again as a cold one.
+One in a hundred comes here, and has mostly half its iterations left from a cold start (docs/decisions, 4)."""
 CHECK_INTERVAL = 6
 """Iterations between two termination checks."""
 
@@ -73,9 +76,6 @@ its guess takes 3 (docs/decisions, 4)."""
 COLD = Steps(rho=1.0)
 """From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
 the fewest with a larger first step."""
-RETRY = Steps(rho=10.0)
-"""Once more from a clean start. What did not come to its end the first time mostly has multipliers at the
-slack's weight, a thousand times the usual ones, to which small steps take too long (docs/decisions, 4)."""
 
 _EXTENSION: Any = osqp.OSQP().ext
 _INFINITY = float(_EXTENSION.OSQP_INFTY)
@@ -177,7 +177,8 @@ class QpSolver:
         """
         if steps != self._steps:
             self._steps = steps
-            self._step_so()
+            if self._osqp is not None:
+                self._step_by(steps)
         for name in ("cost", "gradient", "constraints"):
             if not all_finite(getattr(values, name)):
                 return f"{name} not finite"
@@ -210,6 +211,8 @@ class QpSolver:
             return self.nothing(self._refused(error))
         self._osqp.warm_start(primal, dual)
         self._keeps = True
+        if self._osqp_settings.alpha != self._steps.over_relaxation:  # after a QP that has started again
+            self._set(alpha=self._steps.over_relaxation)
         settings, done, seconds = self._settings, 0, 0.0
         allowed = patience * settings.max_iterations
         while True:
@@ -235,6 +238,8 @@ class QpSolver:
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
             if solved or info.status_val not in UNFINISHED or not finite or done >= allowed:
                 break
+            if self._steps.fine and done == LOST_AFTER:
+                self._start_from(COLD)
         if not solved or not finite:
             self.forget()
             status = AT_LIMIT if done >= allowed else str(info.status)
@@ -245,16 +250,18 @@ class QpSolver:
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
         if self._osqp is not None and self._keeps:
-            rows, columns = self._pattern.shape
-            self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
-            self._step_so()
+            self._start_from(self._steps)
             self._keeps = False
 
-    def _step_so(self) -> None:
-        if self._osqp is None:
-            return
-        self._set(alpha=self._steps.over_relaxation)
-        if self._osqp.update_rho(self._steps.rho):
+    def _start_from(self, steps: Steps) -> None:
+        """From zero, with these steps."""
+        rows, columns = self._pattern.shape
+        self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
+        self._step_by(steps)
+
+    def _step_by(self, steps: Steps) -> None:
+        self._set(alpha=steps.over_relaxation)
+        if self._osqp.update_rho(steps.rho):
             self._osqp = None
 
     def _set_up(self, values: QpValues) -> str:
