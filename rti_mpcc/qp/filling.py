@@ -43,9 +43,9 @@ ROW_SCALING_MOST = 1e4
 """Largest k, for bounds at infinity."""
 
 CRUISE_UNIT = 0.1
-"""Where a plan has a fixed time, bounds on the acceleration count in so much of their unit. Such a plan gains
-speed along that bound, and each row that acts takes the longer the larger its unit is. Where the end is free,
-dT moves these bounds all at once: with a small unit that takes thousands of iterations (docs/decisions, 4)."""
+"""Where the end is not free, bounds on the acceleration count in so much of their unit. Such a plan gains
+speed along that bound, and a row that acts takes the longer the larger its unit is. Where the end is free dT
+moves these bounds all at once: there a small unit takes thousands of iterations (docs/decisions, 4)."""
 
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
