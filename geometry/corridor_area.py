@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from geometry.area import Area
 from geometry.arrays import Array
@@ -49,7 +50,7 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     wider = shapely.union_all(pieces, grid_size=_GRID).buffer(0.5 * _FINE, join_style="mitre")
     found = shapely.get_parts(wider.buffer(-0.5 * _FINE, join_style="mitre"))
     whole = found[int(np.argmin(shapely.distance(found, shapely.Point(path.start.x, path.start.y))))]
-    if not shapely.covers(whole.buffer(2.0 * _FINE), driven):
+    if not (shapely.covers(whole, driven) or shapely.covers(whole.buffer(2.0 * _FINE), driven)):
         raise CorridorError("the boundaries cut the path, or the parts of the corridor are not connected.")
     whole = whole.simplify(_FINE)
     holes = [ring for ring in whole.interiors if shapely.Polygon(ring).area > _SLIVER]
@@ -74,8 +75,9 @@ def _lane_and_ends(
         shapely.union_all(covered, grid_size=_GRID), shapely.buffer(lines, _FINE), grid_size=_GRID
     )
     first, last = ([side[k] for side in (left, middle, right)] for k in (0, -1))
-    begin = _end(first, part.first.phi, -part.direction, lines, beyond, 0.0)
-    end = _end(last, part.last.phi, part.direction, lines, beyond, aside)
+    thick = shapely.buffer(lines, _WALL)
+    begin = _end(first, part.first.phi, -part.direction, thick, beyond, 0.0)
+    end = _end(last, part.last.phi, part.direction, thick, beyond, aside)
     return [lane, begin, end]
 
 
@@ -89,18 +91,28 @@ def _cross_sections(part: PathPart, lines: shapely.MultiLineString) -> tuple[Arr
     at, bend = part.reference(theta), part.curvature(theta)
     middle = np.column_stack([at.x, at.y])
     normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
-    corners = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
-    farthest = _farthest(np.concatenate(corners), path_line(part, _SPACING)) + _FINE
-    pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in corners])
+    walls = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
+    pieces = np.concatenate([np.stack([wall[:-1], wall[1:]], axis=1) for wall in walls])
+    corners, line = np.concatenate(walls), path_line(part, _SPACING)
+    least, most = _bounds_of_farthest(corners, line)
     tree = shapely.STRtree(shapely.linestrings(pieces))
     sides = []
     for sign in (1.0, -1.0):
-        reach = _FOLDED / np.maximum(sign * bend, _FOLDED / farthest)
+        reach = _FOLDED / np.maximum(sign * bend, _FOLDED / (most + _FINE))
         rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
         ray, piece = tree.query(rays, predicate="intersects")
         np.minimum.at(reach, ray, _along(middle[ray], sign * normal[ray], pieces[piece]))
+        if reach.max() > least + _FINE:  # seldom, and `_farthest` takes longer than all the rest
+            reach = np.minimum(reach, _farthest(corners, line) + _FINE)
         sides.append(middle + (sign * reach)[:, None] * normal)
     return sides[0], middle, sides[1]
+
+
+def _bounds_of_farthest(points: Array, line: shapely.LineString) -> tuple[float, float]:
+    """Least and most that the farthest of points (n, 2) can be from a line [m]."""
+    from_corners = np.asarray(cKDTree(shapely.get_coordinates(line)).query(points)[0])
+    at = shapely.Point(points[np.argmax(from_corners)])
+    return float(shapely.distance(line, at)), float(from_corners.max())
 
 
 def _farthest(points: Array, line: shapely.LineString) -> float:
@@ -147,12 +159,12 @@ def _end(
     mouth: list[Array],
     phi: float,
     direction: int,
-    lines: shapely.MultiLineString,
+    walls: shapely.Geometry,
     beyond: float,
     aside: float,
 ) -> shapely.Geometry:
     """What is beyond an open end, from its cross-section (left, middle, right) on, in the direction +1 or -1
-    of the heading phi [rad]."""
+    of the heading phi [rad], and not in the `walls`."""
     left, middle, right = mouth
     ahead = direction * np.array([np.cos(phi), np.sin(phi)])
     across = np.array([-np.sin(phi), np.cos(phi)])
@@ -160,6 +172,6 @@ def _end(
     box = shapely.Polygon(
         [left, outer[0], outer[0] + beyond * ahead, outer[1] + beyond * ahead, outer[1], right, middle]
     )
-    clear = shapely.difference(box, shapely.buffer(lines, _WALL), grid_size=_GRID)
+    clear = shapely.difference(box, walls, grid_size=_GRID)
     begin = shapely.Point(middle + _SPACING * ahead)
     return shapely.union_all([piece for piece in shapely.get_parts(clear) if shapely.covers(piece, begin)])

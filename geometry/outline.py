@@ -148,8 +148,8 @@ def convex_pieces(shape: Shape) -> list[Array]:
     if (before[:, 0] * way[:, 1] - before[:, 1] * way[:, 0] >= 0.0).all():
         return [ring]
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
-    turned = shapely.orient_polygons(triangles)
-    return [shapely.get_coordinates(triangle)[:-1] for triangle in turned]
+    corners = shapely.get_coordinates(shapely.orient_polygons(triangles))
+    return list(corners.reshape(-1, 4, 2)[:, :-1])
 
 
 def merge_convex(pieces: Sequence[Array]) -> list[Array]:
