@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
-from geometry.shape_grid import ShapeGrid, locked
+from geometry.shape_grid import ShapeGrid
 from geometry.validation import Validated, to_rows, validate
 
 PIECE = 500  # points that are simplified together
