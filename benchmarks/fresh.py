@@ -31,7 +31,7 @@ from functools import cached_property
 from pathlib import Path
 from time import monotonic
 
-from benchmarks.tables import ORIGIN, ROOT, command_line
+from benchmarks.tables import ORIGIN, ROOT, command_line, git
 from rti_mpcc.simulation.batch import THREADS
 
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -140,12 +140,8 @@ class History:
     root: Path
 
     def git(self, *arguments: str) -> str | None:
-        """What git prints; None if it fails, or is not there."""
-        try:
-            done = subprocess.run(["git", *arguments], cwd=self.root, capture_output=True, text=True)
-        except FileNotFoundError:
-            return None
-        return None if done.returncode else done.stdout.strip()
+        """What git prints there; None if it fails, or is not there."""
+        return git(*arguments, root=self.root)
 
     def knows(self, commit: str) -> bool:
         """Whether HEAD comes after this commit, or is it."""
