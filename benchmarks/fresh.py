@@ -222,10 +222,10 @@ def check(root: Path = ROOT) -> int:
     return int(bool(old or without))
 
 
-def measure(root: Path, *, everything: bool) -> int:
+def measure(root: Path, commands: Sequence[str] = COMMANDS, *, everything: bool) -> int:
     """Run the commands, or those whose figures are not of the present files; returns the exit status."""
     history, failed = History(root), []
-    for command in COMMANDS:
+    for command in commands:
         mine = [each for each in figures_of(root)[0] if each.written_by == command]
         if not everything and mine and all(_present(each, history) for each in mine):
             print(f"== {command}: measured already", flush=True)
