@@ -34,9 +34,8 @@ def test_a_missing_package_is_said_to_be_missing(tmp_path: Path) -> None:
     (tmp_path / "rti_mpcc").mkdir()
     for name in ("__init__.py", "_shadow.py"):
         shutil.copy(ROOT / "rti_mpcc" / name, tmp_path / "rti_mpcc")
-    said = refused(
-        "-S", "-c", "import rti_mpcc", folder=tmp_path, path=str(tmp_path)
-    )  # -S: of no installation
+    # Without site-packages (-S): an installed one would be found there.
+    said = refused("-S", "-c", "import rti_mpcc", folder=tmp_path, path=str(tmp_path))
     assert "'geometry', which is missing from" in said
 
 
