@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tables import ROOT, command_line, table
+from benchmarks.tables import ROOT, command_line, git, table
 from rti_mpcc.simulation import builtin_names
 from rti_mpcc.simulation.batch import THREADS
 from rti_mpcc.types import Array
@@ -46,12 +46,13 @@ def files_of(commit: str) -> Iterator[Path]:
 
     Raises SystemExit for one that is not there.
     """
-    with tempfile.TemporaryDirectory() as name:
-        packed = subprocess.run(["git", "archive", commit], cwd=ROOT, capture_output=True)
-        if packed.returncode:
-            raise SystemExit(f"{commit}: {packed.stderr.decode().strip()}")
-        subprocess.run(["tar", "-x"], cwd=name, input=packed.stdout, check=True)
-        yield Path(name)
+    with tempfile.TemporaryDirectory() as folder:
+        packed, tree = Path(folder, "files.tar"), Path(folder, "tree")
+        if git("archive", f"--output={packed}", commit) is None:
+            raise SystemExit(f"{commit}: no commit of this repository")
+        tree.mkdir()
+        subprocess.run(["tar", "-xf", packed], cwd=tree, check=True)
+        yield tree
 
 
 def times(tree: Path, scenarios: Sequence[str]) -> Array:

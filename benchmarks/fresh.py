@@ -31,7 +31,7 @@ from functools import cached_property
 from pathlib import Path
 from time import monotonic
 
-from benchmarks.tables import ORIGIN, ROOT, command_line
+from benchmarks.tables import ORIGIN, ROOT, command_line, git
 from rti_mpcc.simulation.batch import THREADS
 
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -140,12 +140,8 @@ class History:
     root: Path
 
     def git(self, *arguments: str) -> str | None:
-        """What git prints; None if it fails, or is not there."""
-        try:
-            done = subprocess.run(["git", *arguments], cwd=self.root, capture_output=True, text=True)
-        except FileNotFoundError:
-            return None
-        return None if done.returncode else done.stdout.strip()
+        """What git prints there; None if it fails, or is not there."""
+        return git(*arguments, root=self.root)
 
     def knows(self, commit: str) -> bool:
         """Whether HEAD comes after this commit, or is it."""
@@ -226,10 +222,10 @@ def check(root: Path = ROOT) -> int:
     return int(bool(old or without))
 
 
-def measure(root: Path, *, everything: bool) -> int:
+def measure(root: Path, commands: Sequence[str] = COMMANDS, *, everything: bool) -> int:
     """Run the commands, or those whose figures are not of the present files; returns the exit status."""
     history, failed = History(root), []
-    for command in COMMANDS:
+    for command in commands:
         mine = [each for each in figures_of(root)[0] if each.written_by == command]
         if not everything and mine and all(_present(each, history) for each in mine):
             print(f"== {command}: measured already", flush=True)

@@ -74,12 +74,12 @@ def failures(tree: Path, tests: Sequence[str], *options: str) -> list[str]:
     return _FAILED.findall(done.stdout) or [NO_TESTS]
 
 
-def noticed_by(edit: Edit, *, everything: bool = False) -> str:
-    """The first test that fails with an edit, or why there is none."""
-    if place_of(edit, ROOT) is None:
+def noticed_by(edit: Edit, root: Path = ROOT, *, everything: bool = False) -> str:
+    """The first test that fails with an edit of the files in `root`, or why there is none."""
+    if place_of(edit, root) is None:
         return NO_PLACE
     with tempfile.TemporaryDirectory() as name:
-        tree = edited(edit, Path(name) / "tree")
+        tree = edited(edit, root, Path(name) / "tree")
         tests = [f"tests/{each}" for each in edit.tests if (tree / "tests" / each).exists()]
         found = failures(tree, tests, "-x") if tests else []
         if everything and not found:
@@ -87,10 +87,10 @@ def noticed_by(edit: Edit, *, everything: bool = False) -> str:
     return found[0] if found else SURVIVED
 
 
-def edited(edit: Edit, tree: Path) -> Path:
+def edited(edit: Edit, root: Path, tree: Path) -> Path:
     """A copy of the files with an edit."""
     ignored = shutil.ignore_patterns(".*", "runs", "__pycache__", "build", "dist")
-    shutil.copytree(ROOT, tree, ignore=ignored)
+    shutil.copytree(root, tree, ignore=ignored)
     file = place_of(edit, tree)
     assert file is not None
     file.write_text(file.read_text(encoding="utf-8").replace(edit.old, edit.new), encoding="utf-8")

@@ -23,6 +23,8 @@ from benchmarks.tables import ROOT, command_line, named, origin, replace_block
 
 FOLDER = ROOT / "docs" / "pictures"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+"""The first of them that this machine has."""
 WINDOW = (1400, 650)
 """Of a page [pixels]."""
 MOST_PIXELS = 800
@@ -111,14 +113,19 @@ PICTURES = (
 
 def photographed(address: str, target: Path) -> bool:
     """A page as a browser shows it; False if there is no browser."""
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
+    if BROWSER is None:
         return False
-    options = ["--headless", "--no-sandbox", "--hide-scrollbars", "--virtual-time-budget=5000"]
     size = ",".join(map(str, WINDOW))
-    made = [browser, *options, f"--window-size={size}", f"--screenshot={target}", address]
-    subprocess.run(made, check=True, capture_output=True)
+    options = "--hide-scrollbars", "--virtual-time-budget=5000", f"--window-size={size}"
+    browser(*options, f"--screenshot={target}", address)
     return True
+
+
+def browser(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the browser without a window, at most two minutes. Raises CalledProcessError if it fails."""
+    assert BROWSER is not None
+    command = [BROWSER, "--headless", "--no-sandbox", *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=120)
 
 
 def run(command: str) -> int:

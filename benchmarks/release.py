@@ -18,7 +18,7 @@ import tomllib
 from pathlib import Path
 
 from benchmarks.compare_speed import files_of
-from benchmarks.tables import ROOT, command_line
+from benchmarks.tables import ROOT, command_line, git
 
 FENCE = re.compile(r"(^```.*?^```\n)", flags=re.DOTALL | re.MULTILINE)
 LOCAL = r"\((?!https?:|#)(?P<path>[^)#\s]*)(?P<anchor>#[^)\s]*)?\)"
@@ -90,12 +90,12 @@ def main() -> int:
         "--url", default=os.environ.get("PROJECT_URL", ""), help="of the repository; default: PROJECT_URL"
     )
     url = str(parser.parse_args().url).rstrip("/")
-    tags = subprocess.run(["git", "tag", "--points-at", "HEAD"], cwd=ROOT, capture_output=True, text=True)
+    tags = (git("tag", "--points-at", "HEAD") or "").split()
     with files_of("HEAD") as tree:
-        if wrong := disagreements(tree, tags.stdout.split()):
+        if wrong := disagreements(tree, tags):
             print("\n".join(wrong), file=sys.stderr)
             return 1
-        if f"v{version_of(tree)}" not in tags.stdout.split():
+        if f"v{version_of(tree)}" not in tags:
             print(f"HEAD has no tag v{version_of(tree)} yet: whoever publishes sets it", file=sys.stderr)
         if not url:
             print("no --url: README on the index has no links and pictures", file=sys.stderr)

@@ -35,7 +35,7 @@ from rich.progress import track
 from benchmarks.compare_speed import files_of
 from benchmarks.same_drive import PARTS
 from benchmarks.same_list import RUNS, Run
-from benchmarks.tables import ROOT, command_line
+from benchmarks.tables import ROOT, command_line, git
 from rti_mpcc.simulation.batch import THREADS
 
 RENAMED: Mapping[str, str] = {
@@ -169,12 +169,9 @@ def key_of(commit: str) -> str:
 
 def commit_of(base: str) -> str:
     """The full name of a commit. Raises CannotCompare for one that is not there."""
-    found = subprocess.run(
-        ["git", "rev-parse", "--verify", f"{base}^{{commit}}"], cwd=ROOT, capture_output=True, text=True
-    )
-    if found.returncode:
+    if (found := git("rev-parse", "--verify", f"{base}^{{commit}}")) is None:
         raise CannotCompare(f"{base}: no commit of this repository")
-    return found.stdout.strip()
+    return found
 
 
 def compare(base: str, runs: Sequence[Run], jobs: int, keep: Path | None) -> int:

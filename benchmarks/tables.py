@@ -87,8 +87,8 @@ def origin(command: str) -> dict[str, Any]:
     """What measured: command, commit, whether the tree differed from it, date, versions, cores."""
     return {
         "command": command,
-        "commit": _git("rev-parse", "--short", "HEAD"),
-        "changed": bool(_git("status", "--porcelain", "--", "geometry", "estimation", "rti_mpcc")),
+        "commit": git("rev-parse", "--short", "HEAD") or "unknown",
+        "changed": git("status", "--porcelain", "--", "geometry", "estimation", "rti_mpcc") != "",
         "date": datetime.now(UTC).date().isoformat(),
         "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in ("osqp", "numpy", "scipy")},
@@ -121,6 +121,10 @@ def write_json(file: Path, content: dict[str, Any]) -> None:
     file.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _git(*arguments: str) -> str:
-    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
-    return done.stdout.strip() or ("unknown" if done.returncode else "")
+def git(*arguments: str, root: Path = ROOT) -> str | None:
+    """What git prints in a folder; None if it fails, or is not there."""
+    try:
+        done = subprocess.run(["git", *arguments], cwd=root, capture_output=True, text=True)
+    except FileNotFoundError:
+        return None
+    return None if done.returncode else done.stdout.strip()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from estimation.actuator_bank import AT, LAGS, VALUE, Scale, answers, residuals
 from estimation.types import Array
-from geometry.shape_grid import locked
+from geometry.arrays import locked
 
 STEP: Final = 0.05
 DEAD_TIMES: Final = STEP * np.arange(11)
@@ -150,11 +150,10 @@ def compare_models(
     early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
     if waited < RARELY * INTERVAL and not (early or record.found):
         return record, None
-    sent = _longer(record.sent, (at, 0.0, 0.0))
-    answered = answers(sent, record.first)
-    gone = int(sent[:, AT].searchsorted(sent[-2, AT] - MEMORY - 1.0))
-    stamps, answered = sent[gone:, AT].copy(), answered[gone:].copy()
-    record = record._replace(sent=record.sent[gone:], first=answered[0])
+    stamps, answered = _answered(record, at)
+    gone = int(stamps.searchsorted(stamps[-2] - MEMORY - 1.0))
+    stamps, answered = stamps[gone:], answered[gone:]
+    record = record._replace(sent=record.sent[gone:], first=answered[0].copy())
     values = record.measured[:, VALUE]
     moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
@@ -198,6 +197,12 @@ def compare_models(
     return record, changed
 
 
+def _answered(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
+    """Times (c,) [s] of the commands and `at`, and the `answers` (c, 3, lags) until then."""
+    sent = _longer(record.sent, (at, 0.0, 0.0))
+    return sent[:, AT].copy(), answers(sent, record.first)
+
+
 def _is_news(model: tuple[float, float], told: tuple[float, float] | None) -> bool:
     """Whether a model answers so much earlier or later than the one that was told last."""
     return told is None or abs(sum(model) - sum(told)) > TOLD
@@ -235,7 +240,7 @@ def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, 
     """Mean of w of a model of the bank from `begin` to `end` [s], of rates; None where it is not known."""
     if not len(record.sent) or not begin < end or begin - model[0] < record.sent[0, AT]:
         return None
-    sent = _longer(record.sent, (end, 0.0, 0.0))
-    gained = answers(sent, record.first)[:, 0, int(np.argmin(np.abs(LAGS - model[1])))]
-    from_to = np.interp((begin - model[0], end - model[0]), sent[:, AT], gained)
+    stamps, answered = _answered(record, end)
+    gained = answered[:, 0, int(np.argmin(np.abs(LAGS - model[1])))]
+    from_to = np.interp((begin - model[0], end - model[0]), stamps, gained)
     return float(from_to[1] - from_to[0]) / (end - begin)

@@ -8,7 +8,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.errors import InputError, shown
+from geometry.errors import BAD_INPUT, InputError, shown
 
 
 @overload
@@ -28,7 +28,7 @@ def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
             with np.errstate(invalid="ignore"):
                 return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
         return float(angle - 2.0 * pi * ceil((angle - pi) / (2.0 * pi)))
-    except (TypeError, ValueError, OverflowError):
+    except BAD_INPUT:
         raise InputError(f"angle = {shown(angle)}: must be a finite number, or an array of numbers") from None
 
 
@@ -58,6 +58,6 @@ def lift(
     try:
         with np.errstate(invalid="ignore"):
             return near + wrap(np.subtract(angle, near, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError):
+    except BAD_INPUT:
         given = f"angle, near = {shown(angle)}, {shown(near)}"
         raise InputError(f"{given}: must be finite numbers, or arrays of them that go together") from None

@@ -12,11 +12,11 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.errors import AreaError
 from geometry.outline import FARTHEST, checked_polygon, checked_shape, convex_pieces, corners_of, shape_of
 from geometry.pose import Pose2
-from geometry.shape_grid import Body, ShapeGrid, locked
+from geometry.shape_grid import Body, ShapeGrid
 from geometry.validation import to_rows, validated
 
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid

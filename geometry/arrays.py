@@ -1,8 +1,8 @@
-"""Names of arrays, and whether they are finite."""
+"""Names of arrays, whether they are finite, and arrays that nobody writes into."""
 
 from __future__ import annotations
 
-from typing import Any, get_origin
+from typing import Any, TypeVar, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Value = TypeVar("Value")
 
 
 def is_array(hint: Any) -> bool:
@@ -21,3 +22,10 @@ def is_array(hint: Any) -> bool:
 def all_finite(values: Array) -> bool:
     """Whether all numbers of an array are finite: `np.isfinite(values).all()` in half of the time."""
     return int(np.count_nonzero(np.isfinite(values))) == values.size
+
+
+def locked(value: Value) -> Value:
+    """Lock an array, as kernels take it; a number is returned as it is."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    return value

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.area import Area
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.contacts import Contacts, line_contacts
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
@@ -28,7 +28,7 @@ from geometry.outline import (
 )
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.shape_grid import POINT, Body, ShapeGrid, locked
+from geometry.shape_grid import POINT, Body, ShapeGrid
 from geometry.validation import Validated, to_rows, validate, validated
 from geometry.walls import BEHIND, PartLines
 

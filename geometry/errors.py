@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+BAD_INPUT = (TypeError, ValueError, OverflowError)
+"""What Python and numpy raise for a value that is no number, or no array of numbers."""
+
 
 class RtiMpccError(Exception):
     """Base of every exception this project raises on purpose."""

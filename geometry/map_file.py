@@ -28,11 +28,10 @@ from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from geometry import files
-from geometry.arrays import Array, Index, Mask
+from geometry.arrays import Array, Index, Mask, locked
 from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
 from geometry.pose import Pose2
-from geometry.shape_grid import locked
 
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
 _OCCUPIED, _FREE = 0.65, 0.25  # of arrays

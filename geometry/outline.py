@@ -13,12 +13,11 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.errors import CorridorError, InputError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
 from geometry.sampling import number_steps, steps
-from geometry.shape_grid import locked
 from geometry.validation import to_rows
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon

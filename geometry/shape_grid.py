@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Index
+from geometry.arrays import Array, Index, locked
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.validation import to_rows
@@ -165,13 +165,6 @@ class ShapeGrid(NamedTuple):
         found = np.empty((len(poses), self.owners))
         _signed_distances(body, poses, self, within, found)
         return found
-
-
-def locked(value: Any) -> Any:
-    """Lock an array, as kernels take it; a number is returned as it is."""
-    if isinstance(value, np.ndarray):
-        value.setflags(write=False)
-    return value
 
 
 def locked_record(kind: Callable[..., Record], *values: Any) -> Record:

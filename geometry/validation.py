@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing
 
 from geometry.arrays import Array, all_finite, is_array
-from geometry.errors import InputError, shown
+from geometry.errors import BAD_INPUT, InputError, shown
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -134,7 +134,7 @@ def to_floats(values: Any) -> Array:
             found = np.array([to_float(each) for each in found.flat]).reshape(found.shape)
         if found.dtype.kind in "iuf" or not found.size:
             return np.ascontiguousarray(found, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
+    except BAD_INPUT:
         pass
     raise _Unfit("an array of numbers", values)
 

@@ -12,11 +12,11 @@ from math import asin, atan2, hypot, inf, isnan, nan, pi
 
 import numpy as np
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.compiled import Array2, IndexOut1, kernel
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
-from geometry.shape_grid import ShapeGrid, locked
+from geometry.shape_grid import ShapeGrid
 from geometry.validation import Validated, to_rows, validate
 
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it

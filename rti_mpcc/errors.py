@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from geometry.errors import BAD_INPUT as BAD_INPUT
 from geometry.errors import ConfigError as ConfigError
 from geometry.errors import CorridorError as CorridorError
 from geometry.errors import InputError as InputError

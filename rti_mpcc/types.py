@@ -13,6 +13,7 @@ from geometry import InputError, Pose2
 from geometry.arrays import Array as Array
 from geometry.arrays import Complex as Complex
 from geometry.arrays import Index as Index
+from geometry.arrays import locked
 from geometry.validation import Validated, to_rows, validate
 
 
@@ -59,8 +60,7 @@ class Obstacle(Validated):
 
     def __post_init__(self) -> None:
         validate(self)
-        corners = to_rows(self.polygon, 2, "Obstacle.polygon")
-        corners.setflags(write=False)
+        corners = locked(to_rows(self.polygon, 2, "Obstacle.polygon"))
         object.__setattr__(self, "polygon", corners)
         for name, each in (("velocity", self.velocity or ()), ("turn_rate", (self.turn_rate,))):
             if not all(abs(value) <= FASTEST for value in each):

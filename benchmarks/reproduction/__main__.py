@@ -5,22 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from itertools import islice
 from pathlib import Path
 
-from benchmarks.reproduction.runs import (
-    COURSE_SEED,
-    Runs,
-    comfort_cases,
-    course_cases,
-    experiment_cases,
-    mission_case,
-)
+from benchmarks.reproduction.runs import COURSE_SEED, Cases, Runs
 from rti_mpcc.cli import exit_status
 from rti_mpcc.cli.arguments import add_options, integer
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.report.text import print_lines, print_written, progress_bar
-from rti_mpcc.simulation.batch import drive_all
 
 REPRODUCED = 0
 """Exit status."""
@@ -57,24 +48,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _reproduce(arguments: argparse.Namespace) -> int:
     make_writable(arguments.out)
-    experiments, comforts = experiment_cases(), comfort_cases()
+    reproduce(Cases.of(arguments.courses), arguments.out, arguments.jobs)
+    return REPRODUCED
+
+
+def reproduce(cases: Cases, folder: Path, jobs: int | None) -> None:
+    """Drive the cases in so many processes, write their report, and print what came out."""
     with progress_bar("reproduce", "{task.completed:.0f} runs") as progress:
-        courses = course_cases(arguments.courses)
-        cases = [*experiments, *comforts, mission_case(), *courses]
-        driven = iter(drive_all(cases, jobs=arguments.jobs, progress=progress))
+        runs = Runs.driven(cases, jobs, progress)
     # Not at the top: matplotlib takes longer to load than a refusal needs.
     from benchmarks.reproduction.report import write_report
 
-    runs = Runs(
-        experiments=list(islice(driven, len(experiments))),
-        comforts=list(islice(driven, len(comforts))),
-        mission=next(driven),
-        courses=list(driven),
-    )
-    report = write_report(runs, arguments.out)
+    report = write_report(runs, folder)
     print_lines(report.told)
     print_written(report.files)
-    return REPRODUCED
 
 
 if __name__ == "__main__":

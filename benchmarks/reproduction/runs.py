@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import islice
+from typing import Any, Self
 
 from benchmarks.problems.courses import drawn_course
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import changed, load_scenario
-from rti_mpcc.simulation.batch import Case, DrivenCase
+from rti_mpcc.simulation.batch import Case, DrivenCase, drive_all
 
 DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}
 """Scenarios of the paper's Tables II and III, by their names there."""
@@ -30,6 +31,26 @@ COURSE_SEED = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Cases:
+    """The runs of a report before they are driven, as in `Runs`."""
+
+    experiments: Sequence[Case]
+    comforts: Sequence[Case]
+    mission: Case
+    courses: Sequence[Case]
+
+    @classmethod
+    def of(cls, courses: int) -> Self:
+        """All of them, with so many random courses."""
+        return cls(
+            experiments=experiment_cases(),
+            comforts=comfort_cases(),
+            mission=mission_case(),
+            courses=course_cases(courses),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Runs:
     """The runs of a report: the paper's experiments, `default` at other comforts and on drawn courses.
 
@@ -40,6 +61,20 @@ class Runs:
     comforts: Sequence[DrivenCase] = ()
     courses: Sequence[DrivenCase] = ()
     mission: DrivenCase | None = None
+
+    @classmethod
+    def driven(
+        cls, cases: Cases, jobs: int | None = None, progress: Callable[[int, int], None] | None = None
+    ) -> Self:
+        """Drive the cases, as `drive_all` does."""
+        given = [*cases.experiments, *cases.comforts, cases.mission, *cases.courses]
+        found = iter(drive_all(given, jobs=jobs, progress=progress))
+        return cls(
+            experiments=list(islice(found, len(cases.experiments))),
+            comforts=list(islice(found, len(cases.comforts))),
+            mission=next(found),
+            courses=list(found),
+        )
 
     def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> DrivenCase:
         """The run of a scenario by a method and preset. Raises InputError if there is none."""

@@ -125,6 +125,16 @@ class SolverSettings(Settings):
 class KindOfSettings(Settings):
     """Settings of one kind among others: files have the name of the class beside its fields."""
 
+    KINDS: ClassVar[dict[str, type[Any]]]
+    """The classes of a kind, `CostTerm` say, by their names in files: each of its subclasses is entered."""
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        if KindOfSettings in cls.__bases__:
+            cls.KINDS = {}
+        else:
+            cls.KINDS[cls.__name__] = cls
+
     @model_serializer(mode="wrap")
     def _with_kind(self, write: Any) -> dict[str, Any]:
         return {"kind": type(self).__name__, **write(self)}
@@ -136,12 +146,6 @@ class CostTerm(KindOfSettings):
     Its fields are settings; recordings find the class by its name. The time of arrival that the QP finds,
     (T4), does not count it.
     """
-
-    KINDS: ClassVar[dict[str, type[CostTerm]]] = {}
-
-    def __init_subclass__(cls, **given: Any) -> None:
-        super().__init_subclass__(**given)
-        CostTerm.KINDS[cls.__name__] = cls
 
     def residual(self, plan: Any) -> Any:
         """The `Residual` about a plan, which is a `Linearised` (`rti_mpcc.objectives`)."""
@@ -169,17 +173,11 @@ class DockingObjective(KindOfSettings):
         terms: of the cost, beside those of `Weights`.
     """
 
-    KINDS: ClassVar[dict[str, type[DockingObjective]]] = {}
-
     terms: tuple[Annotated[SerializeAsAny[CostTerm], BeforeValidator(_term)], ...] = ()
     plans_arrival: ClassVar[bool] = True
     """Whether an arrival at rest takes over from contouring; otherwise contouring goes on to the end."""
     arrives_at_goal: ClassVar[bool] = True
     """Whether the goal, too, is arrived at like that, so that the docking time is known before."""
-
-    def __init_subclass__(cls, **given: Any) -> None:
-        super().__init_subclass__(**given)
-        DockingObjective.KINDS[cls.__name__] = cls
 
     def segments(self, parts: T, config: Any) -> T:
         """The segments of a manoeuvre along a path, from those of its parts."""

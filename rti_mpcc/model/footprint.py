@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from geometry import Corridor
+from geometry.arrays import locked
 from geometry.outline import checked_polygon, convex_pieces, merge_convex
-from geometry.shape_grid import Body, locked
+from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array

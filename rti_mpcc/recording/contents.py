@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
 from geometry import Area, Corridor, Pose2, ReferencePath
-from geometry.arrays import is_array
+from geometry.arrays import is_array, locked
 from geometry.files import RECORDING, content, from_json
 from geometry.pose import unchecked_pose
 from geometry.settings import Settings
@@ -249,9 +249,7 @@ def _to_list(array: ArrayLike | None) -> Data:
 def _to_array(data: Data, _: object) -> Array | None:
     if data is None:  # of a covariance or a body
         return None
-    array = np.zeros(data["shape"]) if isinstance(data, dict) else np.array(data, dtype=np.float64)
-    array.setflags(write=False)
-    return array
+    return locked(np.zeros(data["shape"]) if isinstance(data, dict) else np.array(data, dtype=np.float64))
 
 
 def _from_obstacle(given: ArrayLike | Obstacle) -> Data:

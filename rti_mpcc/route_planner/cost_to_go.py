@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel
-from geometry.shape_grid import POINT, ShapeGrid, locked
+from geometry.shape_grid import POINT, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.route_planner.tree import pop, push
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import Area, Corridor, ReferencePath
+from geometry.arrays import locked
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission.state import StepRecord
@@ -55,10 +56,7 @@ class Truth:
             "lateral_acceleration": v * yaw_rate,
             "goals": table[:, 8:11],
         }
-        kept = {name: np.array(column) for name, column in columns.items()}
-        for column in kept.values():
-            column.setflags(write=False)
-        return cls(**kept)
+        return cls(**{name: locked(np.array(column)) for name, column in columns.items()})
 
     def rows_at(self, times: ArrayLike) -> NDArray[np.int64]:
         """(k,) the sample at each of `times` (k,) [s], or the first one after it."""

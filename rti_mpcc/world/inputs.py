@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
-from geometry import Pose2, ReferencePath, RtiMpccError
+from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.errors import BAD_INPUT, RtiMpccError
 from rti_mpcc.types import Array, Obstacle
 from rti_mpcc.world import goals
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
@@ -80,7 +81,7 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
         outlines, problem = _outlines(obstacles)
         if not problem:
             return known.updated(outlines, now)
-    except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
+    except (RtiMpccError, *BAD_INPUT) as error:
         problem = f"obstacles not readable: {_line(error)}"
     return replace(known, unreadable=problem)
 
@@ -95,7 +96,7 @@ def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], s
     for k, outline in enumerate(given):
         try:
             corners = np.asarray(outline, dtype=np.float64)
-        except (ValueError, TypeError, OverflowError) as error:
+        except BAD_INPUT as error:
             return outlines, f"obstacles[{k}] not readable: {_line(error)}"
         outlines.append(outline if isinstance(outline, Obstacle) else corners)
         problem = _far_outline(corners)
@@ -141,7 +142,7 @@ def _no_detection(given: object) -> str:
         for number in (given.stamp, given.x, given.y, given.phi, *pose):
             isfinite(number)
         usable = isinstance(given.frame, Frame)
-    except (AttributeError, TypeError, ValueError, OverflowError):
+    except (AttributeError, *BAD_INPUT):
         usable = False
     return "" if usable else "not all of its values are numbers, poses or frames"
 
@@ -171,5 +172,5 @@ def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[Cloc
 def _all_finite(*values: float) -> bool:
     try:
         return all(map(isfinite, values))
-    except (TypeError, ValueError, OverflowError):
+    except BAD_INPUT:
         return False

@@ -25,6 +25,7 @@ from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.errors import BAD_INPUT
 from rti_mpcc.model.delay import QueuedCommand, as_rows, mean_rates, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
@@ -242,7 +243,7 @@ def _read(given: VehicleState) -> tuple[Array, str]:
             return np.full(STATES, np.nan), f"expected VehicleState, got {got}"
         try:
             read.append(float(getattr(given, name)))
-        except (TypeError, ValueError, OverflowError):
+        except BAD_INPUT:
             return np.full(STATES, np.nan), f"state.{name} is not a number: {getattr(given, name)!r:.40}"
     return np.array((*read, 0.0)), ""
 

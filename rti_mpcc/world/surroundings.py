@@ -21,6 +21,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorError, ReferencePath
+from geometry.arrays import locked
 from geometry.corridor import with_shapes
 from geometry.corridor_area import area_of
 from geometry.outline import CheckedShape, Shape, checked_shape
@@ -296,8 +297,7 @@ def _join(outlines: Any) -> tuple[Array, list[int]]:
 
 def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
     """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
-    corners = np.array(given, dtype=np.float64)
-    corners.setflags(write=False)
+    corners = locked(np.array(given, dtype=np.float64))
     checked = CheckedShape(checked_shape(corners, f"obstacles[{index}]"))
     middle = checked.shape.centroid
     name = given.name if isinstance(given, Obstacle) else ""

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import platform
-import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
@@ -18,6 +17,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.tables import git
 from rti_mpcc.simulation import RunResult, load_scenario, simulate
 
 PROPERTY = "acceptance_figure"
@@ -59,8 +59,8 @@ class Record:
             return
         outcomes = [test["outcome"] for test in self.tests.values()]
         content = {
-            "commit": git(self.root, "rev-parse", "HEAD"),
-            "uncommitted_changes": bool(git(self.root, "status", "--porcelain")),
+            "commit": git("rev-parse", "HEAD", root=self.root),
+            "uncommitted_changes": bool(git("status", "--porcelain", root=self.root)),
             "date": datetime.now(UTC).isoformat(timespec="seconds"),
             "python": platform.python_version(),
             "machine": platform.machine(),
@@ -70,15 +70,6 @@ class Record:
         target = self.root / "runs" / "acceptance.json"
         target.parent.mkdir(exist_ok=True)
         target.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def git(root: Path, *arguments: str) -> str | None:
-    """Standard output of git; None where there is no git or no repository."""
-    try:
-        done = subprocess.run(["git", *arguments], cwd=root, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return None
-    return done.stdout.strip()
 
 
 def pytest_configure(config: pytest.Config) -> None:

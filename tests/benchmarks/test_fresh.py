@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import fresh
 from benchmarks.fresh import COMMANDS, check, figures_of, measure
 from benchmarks.pictures import PICTURES
 from benchmarks.tables import ROOT, named
@@ -168,21 +167,20 @@ def test_a_commit_that_nobody_has_is_none(repository: Repository, capsys: pytest
 
 
 def test_only_what_is_out_of_date_is_measured_again(
-    repository: Repository, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    repository: Repository, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = "python -m study"
-    monkeypatch.setattr(fresh, "COMMANDS", (command,))
     repository.figure(repository.git("rev-parse", "--short", "HEAD"), command)
     repository.write("study.py", "open('driven', 'a').write('x')")
     driven = repository.root / "driven"
-    assert measure(repository.root, everything=False) == 0
+    assert measure(repository.root, (command,), everything=False) == 0
     assert not driven.exists()
-    assert measure(repository.root, everything=True) == 0
+    assert measure(repository.root, (command,), everything=True) == 0
     repository.commit("rti_mpcc/docking.py")
-    assert measure(repository.root, everything=False) == 0
+    assert measure(repository.root, (command,), everything=False) == 0
     assert driven.read_text() == "xx"
     repository.write("study.py", "raise SystemExit(3)")
-    assert measure(repository.root, everything=False) == 1
+    assert measure(repository.root, (command,), everything=False) == 1
     assert "exit status 3" in capsys.readouterr().out
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import mutate
 from benchmarks.mutate import NO_PLACE, NO_TESTS, SURVIVED, Edit, edits, noticed_by, place_of
 
 EDIT = Edit(
@@ -19,8 +18,8 @@ EDIT = Edit(
 
 
 @pytest.fixture
-def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small tree with one function and a test of it, in place of this one."""
+def tree(tmp_path: Path) -> Path:
+    """A small tree with one function and a test of it."""
     for folder in ("geometry", "estimation", "rti_mpcc", "tests"):
         (tmp_path / folder).mkdir()
     (tmp_path / "rti_mpcc" / "__init__.py").touch()
@@ -28,17 +27,16 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     test = "from rti_mpcc.adding import add\n\n\ndef test_it():\n    assert add(2, {}) == {}\n"
     (tmp_path / "tests" / "test_adding.py").write_text(test.format(2, 4))
     (tmp_path / "tests" / "test_more.py").write_text(test.format(0, 2))
-    monkeypatch.setattr(mutate, "ROOT", tmp_path)
     return tmp_path
 
 
 def test_an_edit_is_noticed_by_the_test_that_fails(tree: Path) -> None:
-    assert noticed_by(EDIT) == "tests/test_adding.py::test_it"
+    assert noticed_by(EDIT, tree) == "tests/test_adding.py::test_it"
 
 
 def test_an_edit_that_no_test_notices_survives(tree: Path) -> None:
     (tree / "tests" / "test_adding.py").write_text("def test_it():\n    pass\n")
-    assert noticed_by(EDIT) == SURVIVED
+    assert noticed_by(EDIT, tree) == SURVIVED
     assert (tree / "rti_mpcc" / "adding.py").read_text().endswith("one + other\n")
 
 
@@ -47,8 +45,8 @@ def test_survivors_meet_the_whole_suite_where_that_is_asked_for(tree: Path) -> N
     (tree / "tests" / "test_more.py").write_text(
         "from rti_mpcc.adding import add\n\n\ndef test_it():\n    assert add(1, 2) == 3\n"
     )
-    assert noticed_by(EDIT) == SURVIVED
-    assert noticed_by(EDIT, everything=True) == "tests/test_more.py::test_it"
+    assert noticed_by(EDIT, tree) == SURVIVED
+    assert noticed_by(EDIT, tree, everything=True) == "tests/test_more.py::test_it"
 
 
 def test_code_that_has_moved_is_found(tree: Path) -> None:
@@ -60,7 +58,7 @@ def test_code_that_has_moved_is_found(tree: Path) -> None:
 @pytest.mark.parametrize("text", ["", "one + other\n" * 2])
 def test_code_that_is_gone_or_there_twice_is_no_place(tree: Path, text: str) -> None:
     (tree / "rti_mpcc" / "adding.py").write_text(text)
-    assert noticed_by(EDIT) == NO_PLACE
+    assert noticed_by(EDIT, tree) == NO_PLACE
 
 
 def test_each_edit_changes_something_in_code_that_is_named() -> None:

@@ -10,11 +10,8 @@ from re import findall
 
 import pytest
 
-from benchmarks.reproduction import __main__ as reproduce
-from benchmarks.reproduction import report
-from benchmarks.reproduction.__main__ import main
-from benchmarks.reproduction.report import Report
-from benchmarks.reproduction.runs import Runs, comfort_cases, experiment_cases, mission_case
+from benchmarks.reproduction.__main__ import main, reproduce
+from benchmarks.reproduction.runs import Cases, Runs
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case
 
@@ -41,13 +38,16 @@ pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.mark.acceptance
-def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(reproduce, "experiment_cases", lambda: list(map(short, experiment_cases())))
-    monkeypatch.setattr(reproduce, "mission_case", lambda: short(mission_case(), 0.5))
-    monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(case, 0.1) for case in comfort_cases()])
-    course = short(Case(scenario=load_scenario("docking_inside")), 0.2)
-    monkeypatch.setattr(reproduce, "course_cases", lambda count: [course] * count)
-    assert main(["--jobs", "1", "--courses", "2", "--out", "there"]) == 0
+def test_everything_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    whole, course = Cases.of(0), short(Case(scenario=load_scenario("docking_inside")), 0.2)
+    cases = Cases(
+        experiments=list(map(short, whole.experiments)),
+        comforts=[short(case, 0.1) for case in whole.comforts],
+        mission=short(whole.mission, 0.5),
+        courses=[course] * 2,
+    )
+    Path("there").mkdir()
+    reproduce(cases, Path("there"), 1)
     said = capsys.readouterr()
     assert said.err == ""
     assert "there/reproduce.html" in said.out
@@ -94,29 +94,22 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 
 
 @pytest.mark.acceptance
-def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    written: list[Runs] = []
-    monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])
-    monkeypatch.setattr(reproduce, "mission_case", lambda: short(mission_case(), 0.5))
-    monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(experiment_cases()[1], 0.1)] * 3)
-    monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
-
-    def write_report(runs: Runs, folder: Path) -> Report:
-        written.append(runs)
-        return Report(files=(folder,), told=("`default` docks 1 of 2.",))
-
-    monkeypatch.setattr(report, "write_report", write_report)
-    for count in (0, 2):
-        assert main(["--jobs", "1", "--courses", str(count)]) == 0
-        assert len(written[-1].courses) == count
-        assert [outcome.figures["method"] for outcome in written[-1].comforts] == ["separated"] * 3
-        assert written[-1].figures("docking_inside")["method"] == "dynamic"
-        mission = written[-1].mission
-        assert mission is not None
-        assert mission.figures["scenario"] == "docking_mission"
-        said = capsys.readouterr().out
-        assert "\ndefault docks 1 of 2.\n" in f"\n{said}"
-        assert "runs/reproduce" in said
+@pytest.mark.parametrize("count", [0, 2])
+def test_runs_are_told_apart(count: int) -> None:
+    whole = Cases.of(0)
+    first, second, _, fourth, *_ = (short(case, 0.1) for case in whole.experiments)
+    cases = Cases(
+        experiments=[first],
+        comforts=[second] * 3,
+        mission=short(whole.mission, 0.5),
+        courses=[fourth] * count,
+    )
+    runs = Runs.driven(cases, jobs=1)
+    assert len(runs.courses) == count
+    assert [outcome.figures["method"] for outcome in runs.comforts] == ["separated"] * 3
+    assert runs.figures("docking_inside")["method"] == "dynamic"
+    assert runs.mission is not None
+    assert runs.mission.figures["scenario"] == "docking_mission"
 
 
 @pytest.mark.parametrize(
@@ -130,12 +123,10 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 )
 def test_bad_input_is_refused_before_the_runs(
     capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
     arguments: list[str],
     message: str,
 ) -> None:
     Path("file").write_text("")
-    monkeypatch.setattr(reproduce, "drive_all", None)
     assert main(arguments) == 2
     said = capsys.readouterr()
     assert message in said.err

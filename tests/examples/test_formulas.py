@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.rti_mpcc.report.pages import BROWSER, browsed
+from benchmarks.pictures import BROWSER
+from tests.rti_mpcc.report.pages import browsed
 
 DOCS = Path(__file__).parents[2] / "docs"
 ASSETS = DOCS / "assets"

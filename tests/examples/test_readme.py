@@ -1,4 +1,4 @@
-"""The Python code of README.md and docs/using.md runs as typed, block after block, and docks."""
+"""The Python code of README.md runs as typed, each block alone; that of docs/using.md block after block."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from tests.rti_mpcc.own_code import python_blocks
 ROOT = Path(__file__).parents[2]
 
 
-def run_blocks(page: Path, count: int) -> None:
-    """Run the Python blocks of a page one after the other, with the same names."""
+def run_blocks(page: Path, count: int, *, alone: bool = False) -> None:
+    """Run the Python blocks of a page one after the other, with the same names, or each `alone`."""
     blocks = python_blocks(page)
     assert len(blocks) == count
     names: dict[str, object] = {}
     for block in blocks:
-        exec(compile(block, str(page), "exec"), names)
+        exec(compile(block, str(page), "exec"), {} if alone else names)
 
 
 def test_the_blocks_of_the_readme_give_a_command_and_dock(capsys: pytest.CaptureFixture[str]) -> None:
-    run_blocks(ROOT / "README.md", 3)
+    run_blocks(ROOT / "README.md", 3, alone=True)
     first, docked, mission = capsys.readouterr().out.splitlines()
     assert mission == "dock MissionResult.RUNNING"
     assert docked.startswith("docked after")

@@ -11,6 +11,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
@@ -103,6 +105,32 @@ def test_what_a_second_process_has_compiled_is_loaded(
         helper.terminate()
     assert value(module) == 30.0
     assert not list(compiled.build())
+
+
+def test_compiling_is_told_once(
+    folder: Path, declared: Callable[[], ModuleType], caplog: pytest.LogCaptureFixture
+) -> None:
+    declared()
+    with caplog.at_level(logging.INFO, logger="rti_mpcc"):
+        assert make_ready() == 1
+        assert make_ready() == 0
+    told, then = caplog.messages
+    assert told.startswith("compiling 1 kernels, ")
+    assert then == f"the compiled kernels are kept in {compiled.directory()}"
+
+
+class Terminal(StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_on_a_terminal_a_count_shows_how_far_it_is(declared: Callable[[], ModuleType]) -> None:
+    declared()
+    with redirect_stderr(Terminal()) as terminal:
+        assert make_ready() == 1
+    (shown,) = terminal.getvalue().split("\r")[1:]
+    assert shown.rstrip() == "compiled 1 of 1 kernels: declared.scaled"
+    assert shown.endswith("\n")
 
 
 def test_a_kernel_that_nobody_built_is_built_where_it_is_called(declared: Callable[[], ModuleType]) -> None:

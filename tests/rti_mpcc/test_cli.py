@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rti_mpcc import cli
 from rti_mpcc.cli import main
-from rti_mpcc.simulation import builtin_names, save_scenario, summary
+from rti_mpcc.simulation import builtin_names, save_scenario
 from tests.processes import fresh
 from tests.rti_mpcc.cli_runs import refused, write_short
 from tests.rti_mpcc.short_missions import short
@@ -63,15 +63,13 @@ def test_goal_source_without_detections_is_refused(capsys: pytest.CaptureFixture
     assert not Path("runs").exists()
 
 
-@pytest.mark.parametrize(("clearance", "status"), [(0.01, 0), (None, 0), (-0.001, 1)])
-def test_contact_exits_1_even_when_docked(
-    monkeypatch: pytest.MonkeyPatch, clearance: float | None, status: int
-) -> None:
-    def docked(result: Any) -> dict[str, Any]:
-        return {**summary(result), "docked": True, "min_clearance_m": clearance}
-
-    monkeypatch.setattr(cli.run, "summary", docked)
+@pytest.mark.parametrize(("ahead", "status"), [(3.0, 0), (0.02, 1)])
+def test_contact_exits_1_even_when_docked(ahead: float, status: int) -> None:
+    """For two seconds something is so far [m] ahead of the vehicle: less than it needs to stop."""
+    write_short(40.0, f'\n[[faults]]\nkind = "blocked"\nfrom = 4.0\nto = 6.0\nsize = {ahead}\n')
     assert main(["run", "short.toml", "--no-plots"]) == status
+    assert figures()["docked"]
+    assert (figures()["min_clearance_m"] < 0.0) == (status == 1)
 
 
 LATE = {"kind": "undock", "distance": 5.0, "timeout": 1.0}
@@ -134,14 +132,14 @@ def test_files_that_are_not_there_or_not_toml(capsys: pytest.CaptureFixture[str]
 
 @pytest.mark.parametrize("command", ["run", "plan"])
 def test_folder_that_cannot_be_made_is_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
+    capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture, command: str
 ) -> None:
-    monkeypatch.setattr(cli.run, "simulate", None)
-    monkeypatch.setattr(cli.plan, "plan_manoeuvre", None)
+    caplog.set_level(logging.INFO, logger="rti_mpcc")
     Path("file").write_text("")
     scenario = {"run": "short.toml", "plan": "bay_perpendicular"}[command]
     assert "file: " in refused(capsys, command, scenario, "--out", "file")
     assert "file/below: " in refused(capsys, command, scenario, "--out", "file/below")
+    assert caplog.messages == []  # a controller that is made tells its vehicle
 
 
 def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]) -> None:
@@ -194,14 +192,23 @@ def test_help_exits_0(capsys: pytest.CaptureFixture[str], arguments: list[str]) 
     assert "usage: rti-mpcc" in capsys.readouterr().out
 
 
-def test_interrupt_leaves_no_traceback(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: Any, **__: Any) -> None:
+class Interrupting(logging.Handler):
+    """Ctrl+C when the controller of a run tells its vehicle."""
+
+    def emit(self, record: logging.LogRecord) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli.run, "simulate", interrupted)
-    assert main(["run", "short.toml"]) == 130
+
+def test_interrupt_leaves_no_traceback(
+    capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, logger="rti_mpcc")
+    log, handler = logging.getLogger("rti_mpcc"), Interrupting()
+    log.addHandler(handler)
+    try:
+        assert main(["run", "short.toml"]) == 130
+    finally:
+        log.removeHandler(handler)
     assert capsys.readouterr().err == "rti-mpcc: error: interrupted\n"
 
 

@@ -9,14 +9,9 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from geometry import Area, Pose2, ReferencePath
-from rti_mpcc import cli
 from rti_mpcc.cli import main
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Manoeuvre
 from tests.rti_mpcc.cli_runs import refused, write_short
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
-from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 
 BLOCK = "[[8, 3], [10, 3], [10, 5], [8, 5]]"
 HALL = f"""
@@ -39,49 +34,31 @@ def _files(elsewhere: Path) -> None:
     write_short(0.3)
 
 
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Pose2, Pose2, Area]]:
-    """The questions to a planner that goes straight ahead, whatever there is."""
-    asked: list[tuple[Pose2, Pose2, Area]] = []
-
-    def plan(start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> Manoeuvre:
-        asked.append((start, goal, area))
-        return manoeuvre_along(ReferencePath.from_segments(start, [(1, 0.0, 15.0)]), goal)
-
-    monkeypatch.setattr(cli.plan, "plan_manoeuvre", plan)
-    return asked
-
-
-def test_a_route_that_is_found_exits_0_and_writes_its_files(
-    capsys: pytest.CaptureFixture[str], asked: list[tuple[Pose2, Pose2, Area]]
-) -> None:
+def test_a_route_that_is_found_exits_0_and_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "hall.toml", "--out", "here/there"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
     assert all(word in said.out for word in ("min clearance", *(f"here/there/{name}" for name in FILES)))
     folder = Path("here/there")
     assert {file.name for file in folder.iterdir()} == FILES
-    ((start, goal, area),) = asked
-    assert (start, goal, len(area.obstacles)) == (Pose2(0.0, 0.0, 0.0), Pose2(15.0, 0.0, 0.0), 1)
     figures = json.loads((folder / "plan.json").read_text())
-    assert (figures["found"], figures["length_m"], figures["cusps"]) == (True, 15.0, 0)
+    assert (figures["found"], figures["length_m"], figures["cusps"]) == (True, pytest.approx(15.0), 0)
     assert figures["min_clearance_m"] == pytest.approx(3.0 - 0.5 * 2.069)
-    assert len((folder / "route.csv").read_text().splitlines()) == 302
+    assert len((folder / "route.csv").read_text().splitlines()) >= 302  # at most 0.05 m apart
 
 
 def test_no_route_exits_1_says_how_far_it_got_and_leaves_no_old_route(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert main(["plan", "hall.toml"]) == 0  # the planner finds this one
-    assert json.loads(Path("runs/hall/plan.json").read_text())["length_m"] >= 15.0 - 1e-6
-    in_vain = lambda start, goal, area, config: no_manoeuvre(start, goal)  # noqa: E731
-    monkeypatch.setattr(cli.plan, "plan_manoeuvre", in_vain)
+    assert main(["plan", "hall.toml"]) == 0
+    Path("hall.toml").write_text(HALL.replace(BLOCK, "[[8, -6], [10, -6], [10, 6], [8, 6]]"))
     capsys.readouterr()
     assert main(["plan", "hall.toml"]) == 1
     said = capsys.readouterr()
-    how_far = "hall: the search came within 1.50 m of the goal, 1000 nodes expanded in 2.0 s"
     assert said.err == ""
-    assert said.out.splitlines()[:2] == ["hall: no route was found: too narrow", how_far]
+    why, how_far = said.out.splitlines()[:2]
+    assert why.startswith("hall: no route was found: all ")
+    assert how_far.startswith("hall: the search came within 15.00 m of the goal, ")
     assert json.loads(Path("runs/hall/plan.json").read_text())["found"] is False
     assert Path("runs/hall/route.csv").read_text() == "s,x,y,heading,curvature,direction,segment\n"
 

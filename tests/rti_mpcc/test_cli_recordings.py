@@ -10,10 +10,10 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
-from rti_mpcc import cli
 from rti_mpcc.cli import main
-from rti_mpcc.recording import Machine, read_recording
+from rti_mpcc.recording import read_recording
 from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
+from tests.rti_mpcc.recording.recordings import change
 
 SEEN = """
 name = "seen"
@@ -94,12 +94,11 @@ def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: pytest.Captu
 
 
 def test_the_tolerance_is_1e_9_on_another_machine(
-    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "within 1e-06, on the same machine" in replayed(capsys, str(recording), "--tolerance", "1e-6")
-    other = Machine(architecture="", processor="", versions={})
-    monkeypatch.setattr(Machine, "here", lambda: other)
-    assert "within 1e-09, on another machine or other versions" in replayed(capsys, str(recording))
+    elsewhere = change(recording, -1, lambda header: header["machine"].update(processor=""), checked=True)
+    assert "within 1e-09, on another machine or other versions" in replayed(capsys, str(elsewhere))
 
 
 def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -146,9 +145,8 @@ def test_animation_of_a_run_with_a_camera_has_its_view() -> None:
     ],
 )
 def test_files_that_cannot_be_written_are_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, option: str, file: str, message: str
+    capsys: pytest.CaptureFixture[str], option: str, file: str, message: str
 ) -> None:
-    monkeypatch.setattr(cli.run, "simulate", None)
     Path("folder").mkdir()
     assert message in refused(capsys, "run", "short.toml", option, file)
     assert not Path("runs/short/summary.json").exists()

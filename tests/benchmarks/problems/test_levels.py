@@ -117,13 +117,10 @@ def test_something_fills_the_way_in_scenes_of_level_hard_only(
         assert fault.amount > plant.dead_time * speed + 0.5 * speed**2 / most + levels.AHEAD[0] - 1e-4
 
 
-def test_the_body_has_room_at_the_planned_goal_of_a_scene(
-    scenes: list[Scenario], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(levels, "INITIAL_OFFSET", (1.5, 1.5, 0.4))
+def test_the_body_has_room_at_the_planned_goal_of_a_scene(scenes: list[Scenario]) -> None:
     whole = 0
     for index, scene in enumerate(scenes):
-        noisy = at_level(scene, Level.NOISY, 6, index)
+        noisy = at_level(scene, Level.NOISY, 7, index)
         planned = noisy.planned_goal()
         assert planned is not None
         pose = np.array([[planned.x, planned.y, planned.phi]])
@@ -131,6 +128,6 @@ def test_the_body_has_room_at_the_planned_goal_of_a_scene(
         assert room[0] >= SLOT_CLEARANCE
         assert any(seen(noisy).initial_offset)
         bare = changed(scene, {"area.obstacles": [], "area.boundary": None})
-        far = seen(at_level(bare, Level.NOISY, 6, index)).initial_offset
+        far = seen(at_level(bare, Level.NOISY, 7, index)).initial_offset
         whole += far == seen(noisy).initial_offset
     assert 0 < whole < len(scenes)

@@ -14,7 +14,9 @@ import pytest
 
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController, DockingMission, InputError, Source, Status
-from rti_mpcc.mission import Approach, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait, docking_mission
+from rti_mpcc.mission import Approach, Dock, DockKind, DriveTo, Step, Straight, Undock, Wait
+from rti_mpcc.mission.state import MissionState
+from rti_mpcc.mission.step import MissionCycle, Started, StepOutcome, StepStart
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import MissionResult, VehicleState
 from tests.rti_mpcc.docking_runs import straight
@@ -482,28 +484,36 @@ def test_states_clocks_and_detections_of_any_kind_do_no_harm(step: Callable[[], 
         assert command.mission is not None
 
 
-@pytest.mark.parametrize("name", ["start", "judged", "advance_mission"])
-def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
-    name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    mission = mission_in(YARD, [Dock(DOCK), Wait(1.0)])
+class FaultyStart(Dock):
+    """A user's dock that raises when it starts."""
 
-    def wrong(*_: Any) -> Any:
+    def start(self, at: StepStart) -> Started:
         raise ValueError("not\nexpected")
 
-    def before(now: float) -> None:
-        if now > 2.5 or name == "start":
-            monkeypatch.setattr(docking_mission if name == "advance_mission" else Dock, name, wrong)
 
-    drive = driven(mission, YARD, 6.0, before=before, after=3.0)
+class FaultyJudge(Dock):
+    """A user's dock that raises when it is judged after 2.5 s."""
+
+    def judged(self, mission_state: MissionState, cycle: MissionCycle) -> StepOutcome:
+        if cycle.now > 2.5:
+            raise ValueError("not\nexpected")
+        return super().judged(mission_state, cycle)
+
+
+@pytest.mark.parametrize(("dock", "rest"), [(FaultyStart, 0.0), (FaultyJudge, 2.55 + stop_time(1.2))])
+def test_an_internal_error_in_a_mission_ends_it_with_a_vehicle_that_stands(
+    dock: type[Dock], rest: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    mission = mission_in(YARD, [dock(DOCK), Wait(1.0)])
+    drive = driven(mission, YARD, 6.0, after=3.0)
     assert mission.result is NOT_REACHED
     assert mission.mission_state.reason == "internal error: not expected"
     assert "internal error in a mission" in caplog.text
-    assert_stays(drive, 0.0 if name == "start" else 2.55 + stop_time(1.2))
+    assert_stays(drive, rest)
     last = drive.commands[-1].mission
     assert last is not None
     assert (last.result, last.reason) == (NOT_REACHED, "internal error: not expected")
-    if name != "start":
+    if dock is FaultyJudge:
         assert mission.log[-1].result is NOT_REACHED
         assert mission.log[-1].end is not None
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
+
+from benchmarks.pictures import browser
 
 
 class Wellformed(HTMLParser):
@@ -54,14 +54,9 @@ def parsed(page: str) -> Wellformed:
     return parser
 
 
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-
-
 def browsed(page: Path, folder: Path, cycle: str = "") -> str:
     """The page as a browser has it in the end, without an error on its console."""
-    assert BROWSER is not None
-    flags = "--headless --no-sandbox --disable-gpu --disable-dev-shm-usage --enable-logging=stderr --dump-dom"
-    command = [BROWSER, *flags.split(), f"--user-data-dir={folder / 'profile'}", f"{page.as_uri()}{cycle}"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    flags = "--disable-gpu --disable-dev-shm-usage --enable-logging=stderr --dump-dom"
+    done = browser(*flags.split(), f"--user-data-dir={folder / 'profile'}", f"{page.as_uri()}{cycle}")
     assert "CONSOLE" not in done.stderr
     return done.stdout

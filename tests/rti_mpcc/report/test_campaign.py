@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.pictures import BROWSER
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.campaign import overall, read_table, worst_cases, write_report
-from tests.rti_mpcc.report.pages import BROWSER, browsed, parsed
+from tests.rti_mpcc.report.pages import browsed, parsed
 from tests.rti_mpcc.simulation.drives import ShortCase
 
 COMFORT = {"acceleration": 0.5, "lateral_acceleration": 1.0, "steering_rate": 0.5, "jerk": 1.0}

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.pictures import BROWSER
 from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.ride_page import ride_page
 from rti_mpcc.simulation import RunResult, changed, load_scenario, summary
 from tests.rti_mpcc.report.conftest import driven
-from tests.rti_mpcc.report.pages import BROWSER, browsed
+from tests.rti_mpcc.report.pages import browsed
 
 AFTER = """
 <script>
