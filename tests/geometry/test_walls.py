@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Callable
-from math import pi
+from math import cos, pi, sin
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ import shapely
 from geometry import Corridor, Narrowing, PartLines, Pose2, ReferencePath
 from geometry.arrays import Array
 from geometry.shape_grid import Body
-from geometry.walls import FINE
+from geometry.walls import FINE, SMOOTH, simplified
 from tests.geometry.sides import sides_of
 
 BODY = np.array([[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]])
@@ -41,6 +41,23 @@ def test_a_line_of_far_too_many_points_is_kept_as_one_of_few() -> None:
         assert len(thinned) < 300
         lines = shapely.LineString(thinned), shapely.LineString(circle)
         assert shapely.hausdorff_distance(*lines) < 2e-5
+
+
+@pytest.mark.parametrize("turn", [0.3, 1.9, 3.1])
+def test_a_turned_wall_is_simplified_to_the_same_points(turn: float) -> None:
+    """Of a symmetric bend two points are equally far from each chord: rounding must not choose."""
+    angle = np.linspace(0.0, 3.0, 601)
+    bend = 7.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    turned = np.array([[cos(turn), sin(turn)], [-sin(turn), cos(turn)]])
+    found, expected = simplified(bend @ turned, SMOOTH), simplified(bend, SMOOTH)
+    np.testing.assert_allclose(found, expected @ turned, atol=1e-12)
+    assert len(expected) < 120
+    assert shapely.hausdorff_distance(*map(shapely.LineString, (expected, bend))) <= SMOOTH
+
+
+def test_a_wall_that_turns_back_keeps_its_tip() -> None:
+    there_and_back = np.array([(0.0, 0.0), (4.0, 0.0), (9.0, 0.0), (5.0, 0.0), (2.0, 0.0)])
+    np.testing.assert_array_equal(simplified(there_and_back, SMOOTH), there_and_back[[0, 2, 4]])
 
 
 def test_bodies_far_and_near_against_all_lines() -> None:

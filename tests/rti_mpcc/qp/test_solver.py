@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import COLD, SLICE_ITERATIONS, WARM, QpSolution, QpSolver, Steps
+from rti_mpcc.qp.solver import COLD, LOST_AFTER, SLICE_ITERATIONS, WARM, QpSolution, QpSolver, Steps
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -97,6 +97,22 @@ def test_a_qp_is_solved_to_the_tolerance_and_soon_again_from_its_solution(
     assert again.solved
     assert again.iterations < first.iterations
     assert max(*first.residuals, *again.residuals) < 10.0 * tolerance  # it is relative, too
+
+
+def test_a_qp_that_its_guess_misleads_starts_again(pattern: QpPattern) -> None:
+    """It has the whole of a cold start's iterations left, and the next QP its own steps again."""
+    values, usual = problem(pattern, 1), SolverSettings()
+    far = np.full(len(values.gradient), 1e4), np.full(len(values.lower), -1e5)
+    cold, warm = QpSolver(pattern, usual), QpSolver(pattern, usual)
+    cold.update(values, COLD)
+    warm.update(values, WARM)
+    afresh, misled = solve(cold, values), warm.solve(values, *far)
+    assert misled.solved
+    assert misled.iterations == LOST_AFTER + afresh.iterations
+    np.testing.assert_array_equal(misled.primal, afresh.primal)
+    again = warm.solve(values, misled.primal, misled.dual)
+    assert again.iterations <= LOST_AFTER
+    np.testing.assert_allclose(again.primal, misled.primal, atol=1e-2)
 
 
 def test_without_an_update_there_is_no_solution(pattern: QpPattern) -> None:
