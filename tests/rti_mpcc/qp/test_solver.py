@@ -99,8 +99,9 @@ def test_a_qp_is_solved_to_the_tolerance_and_soon_again_from_its_solution(
     assert max(*first.residuals, *again.residuals) < 10.0 * tolerance  # it is relative, too
 
 
-def test_a_qp_that_its_guess_misleads_starts_again(pattern: QpPattern) -> None:
+def test_a_qp_that_its_guess_misleads_starts_again() -> None:
     """It has the whole of a cold start's iterations left, and the next QP its own steps again."""
+    pattern = build_pattern(STAGES, 2, 2, free_end=True)
     values, usual = problem(pattern, 1), SolverSettings()
     far = np.full(len(values.gradient), 1e4), np.full(len(values.lower), -1e5)
     cold, warm = QpSolver(pattern, usual), QpSolver(pattern, usual)
