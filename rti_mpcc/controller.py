@@ -35,6 +35,7 @@ from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import add_residual, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
+    CRUISE_UNIT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
     empty_values,
@@ -203,9 +204,11 @@ class RtiMpcc:
         if weights.time > 0.0:
             latest = objective.latest - at
             end = end_time(states, controls, step.state, lengths, weights, wheelbase, config.comfort, latest)
+        cruises = config.arrival and objective.kind is Objective.CONTOURING
+        unit = CRUISE_UNIT if cruises else 1.0
         fill(
             values, pattern, cost, step, bounds, rows or NO_ROWS, end, states, controls, lengths,
-            weights.slack, weights.scale, damping, IDLE_WEIGHT, ROW_SCALING_FROM, steps.row_scaling,
+            weights.slack, weights.scale, damping, IDLE_WEIGHT, unit, ROW_SCALING_FROM, steps.row_scaling,
         )  # fmt: skip
         if last is not None and len(last.dual) == len(values.lower):
             grown = weights.scale / last.weights.scale

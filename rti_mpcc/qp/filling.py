@@ -43,9 +43,9 @@ ROW_SCALING_MOST = 1e4
 """Largest k, for bounds at infinity."""
 
 CRUISE_UNIT = 0.1
-"""Where the end is not free, bounds on the acceleration count in so much of their unit. Such a plan gains
-speed along that bound, and a row that acts takes the longer the larger its unit is. Where the end is free dT
-moves these bounds all at once: there a small unit takes thousands of iterations (docs/decisions, 4)."""
+"""While contouring, bounds on the acceleration count in so much of their unit. Such a plan gains speed along
+that bound, and a row that acts takes the longer the larger its unit is. In an arrival, where dT moves these
+bounds all at once, a small unit takes thousands of iterations (docs/decisions, 4)."""
 
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
@@ -94,7 +94,7 @@ def fill(
     values: QpValues, pattern: QpPattern,
     cost: QuadraticCost, step: ModelStep, bounds: StageBounds, rows: CorridorRows, end: EndTime,
     states: Array2, controls: Array2, lengths: Array1,
-    slack: float, scale: float, damping: float, idle: float, scaled_from: float, most: float,
+    slack: float, scale: float, damping: float, idle: float, unit: float, scaled_from: float, most: float,
 ) -> None:  # fmt: skip
     """Preparation: all of the QP but the measured state, about states (N+1, 6) and controls (N, 3).
 
@@ -105,12 +105,11 @@ def fill(
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
         idle: weight on the change of progress where nothing else is on it, `IDLE_WEIGHT`.
+        unit: share of their unit in which bounds on the acceleration count, 1 or `CRUISE_UNIT`.
         scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
     """
     _fill_cost(values, pattern, cost, slack, scale, damping, idle)
     _fill_dynamics(values, pattern, step, lengths, states)
-    fixed = len(pattern.time_column) > 0 and len(end.stretches) == 0
-    unit = CRUISE_UNIT if fixed else 1.0
     _fill_bounds(values, pattern, bounds, states, controls, unit, scaled_from, most)
     _fill_half_planes(values, pattern, rows, scaled_from, most)
     if len(pattern.time_column) > 0:

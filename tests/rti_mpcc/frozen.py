@@ -191,7 +191,7 @@ class FrozenProblem:
             end = end_time(*of_plan, self.weights, wheelbase, config.comfort, latest=np.inf)
         fill(
             values, pattern, cost, step, self.bounds, rows or NO_ROWS, end, states, controls, self.lengths,
-            self.weights.slack, self.weights.scale, self.damping, IDLE_WEIGHT,
+            self.weights.slack, self.weights.scale, self.damping, IDLE_WEIGHT, 1.0,
             ROW_SCALING_FROM, ROW_SCALING_MOST,
         )  # fmt: skip
         slots = values.cost, pattern.hessians, pattern.dynamics_rows

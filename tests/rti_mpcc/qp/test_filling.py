@@ -85,7 +85,7 @@ def filled(
     pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, rows_scaled: bool = False
 ) -> QpValues:
     values = values or empty_values(pattern)
-    scaling = ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
+    scaling = 1.0, ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
     linearised = parts.cost, parts.step, parts.bounds, parts.rows
     plan = parts.states, parts.controls, parts.lengths
     fill(values, pattern, *linearised, FIXED_END, *plan, SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling)
