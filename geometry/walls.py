@@ -8,12 +8,12 @@ version, and the last bits from machine to machine.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import asin, atan2, hypot, inf, isnan, nan, pi
+from math import asin, atan2, hypot, inf
 
 import numpy as np
 
 from geometry.arrays import Array, locked
-from geometry.compiled import Array2, IndexOut1, kernel
+from geometry.compiled import Array2, IndexOut1, inner, kernel
 from geometry.errors import CorridorError
 from geometry.sampling import as_complex, as_pairs, thin_out
 from geometry.shape_grid import ShapeGrid
@@ -21,6 +21,7 @@ from geometry.validation import Validated, to_rows, validate
 
 FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
 SMOOTH = 1e-3  # [m] the same for its half-planes
+_STRAIGHT = 1e-6  # [rad] that a straight line may turn at a point, by rounding
 BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
 
 
@@ -73,34 +74,46 @@ class PartLines(Validated, error=CorridorError):
 def simplified(line: Array, most: float) -> Array:
     """Return a polyline (m, 2) with few points, within `most` [m] of the given one.
 
-    From each point that is kept on, the line is straight as far as one ray passes all points at `most`. No
-    choice between points that are equally far off: rounding would decide it, and a turned corridor would have
-    other walls.
+    From each point that is kept on, the line is straight as far as one ray passes all points at `most`, and no
+    farther than to where it begins or ends to be straight itself. No choice between points that are equally
+    far off: rounding would decide it, and a turned corridor would have other walls.
     """
     kept = np.zeros(len(line), dtype=np.int64)
-    return line[:1] if len(line) < 2 else line[kept[: _keep(line, most, kept)]]
+    return line[kept[: _keep(line, most, kept)]]
+
+
+@inner
+def _is_straight(line: Array2, j: int) -> bool:
+    """Whether the line runs straight past its j-th point; it does not past its ends."""
+    if j < 1 or j > len(line) - 2:
+        return False
+    ax, ay = line[j, 0] - line[j - 1, 0], line[j, 1] - line[j - 1, 1]
+    bx, by = line[j + 1, 0] - line[j, 0], line[j + 1, 1] - line[j, 1]
+    return abs(atan2(ax * by - ay * bx, ax * bx + ay * by)) < _STRAIGHT
 
 
 @kernel
 def _keep(line: Array2, most: float, kept: IndexOut1) -> int:
     """Put the indices of the points that are kept into `kept` (m,); returns their number."""
-    count, i = 1, 0
+    count, i = min(len(line), 1), 0
     while i < len(line) - 1:
-        # Directions of rays from the i-th point, from that to the first point beyond `most`.
-        low, high, first, reached, last = -inf, inf, nan, 0.0, i + 1
+        # Rays from the i-th point: their angles to (ux, uy), the direction of its first one beyond `most`.
+        low, high, ux, uy, reached, last = -inf, inf, 0.0, 0.0, 0.0, i + 1
         for j in range(i + 1, len(line)):
             dx, dy = line[j, 0] - line[i, 0], line[j, 1] - line[i, 1]
             distance = hypot(dx, dy)
             if distance < reached:
                 break  # it turns back
             if distance > most:
-                direction = atan2(dy, dx)
-                first = direction if isnan(first) else first
-                turn = direction - first - 2.0 * pi * round((direction - first) / (2.0 * pi))
+                if high == inf:
+                    ux, uy = dx, dy
+                turn = atan2(ux * dy - uy * dx, ux * dx + uy * dy)
                 if turn < low or turn > high:
                     break
                 aside = asin(most / distance)
                 low, high = max(low, turn - aside), min(high, turn + aside)
             reached, last = distance, j
+            if not _is_straight(line, j) and (_is_straight(line, j - 1) or _is_straight(line, j + 1)):
+                break
         kept[count], count, i = last, count + 1, last
     return count

@@ -50,7 +50,8 @@ time limit stops anywhere, which could not be played back."""
 LOST_AFTER = FINE_ITERATIONS + SLICE_ITERATIONS
 """A QP that is not solved by then does not get there from the one before it: it starts again as a cold one.
 One in a hundred comes here, and mostly takes 24 more (docs/decisions, 4). Plans without a free end, those of
-the paper, keep to their guess."""
+the paper, keep to their guess, and so does a QP with more patience: its vehicle is far outside, and its
+multipliers are as large as the slack's weight."""
 CHECK_INTERVAL = 6
 """Iterations between two termination checks."""
 
@@ -70,10 +71,11 @@ class Steps(NamedTuple):
     row_scaling: float = 1.0
 
 
-WARM = Steps(over_relaxation=1.0, fine=True, row_scaling=ROW_SCALING_MOST)
+WARM = Steps(rho=3.0, over_relaxation=1.0, fine=True, row_scaling=ROW_SCALING_MOST)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
-its guess takes 3 (docs/decisions, 4)."""
+its guess takes 3. Few of these take so many that OSQP adapts rho: with its 0.1 bounds were kept only as exactly
+as the tolerance asks for (docs/decisions, 4)."""
 COLD = Steps(rho=1.0)
 """From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
 the fewest with a larger first step."""
@@ -239,7 +241,8 @@ class QpSolver:
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
             if solved or info.status_val not in UNFINISHED or not finite or done >= allowed:
                 break
-            if self._steps.fine and done == LOST_AFTER and len(self._pattern.time_column):
+            lost = self._steps.fine and patience == 1 and done == LOST_AFTER
+            if lost and len(self._pattern.time_column):
                 self._start_from(COLD)
         if not solved or not finite:
             self.forget()

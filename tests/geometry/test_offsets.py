@@ -7,7 +7,6 @@ import pytest
 import shapely
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
-from geometry.walls import SMOOTH
 from tests.geometry.sides import sides_of
 
 SEGMENTS = {
@@ -83,7 +82,7 @@ def test_lanes_that_touch_have_no_wall_between_them() -> None:
     corridor = Corridor.from_offsets(route("hairpin"), left=1.9, right=-1.9)
     assert len(corridor.lines(0)[1]) == 1
     planes = sides_of(corridor, 0, np.array([[5.0, -1.0], [5.0, -2.0], [5.0, -3.0]]))
-    np.testing.assert_allclose(planes.distance[:, 1], [0.9, -0.1, 0.9], atol=SMOOTH)
+    np.testing.assert_allclose(planes.distance[:, 1], [0.9, -0.1, 0.9], atol=1e-9)
 
 
 def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: ReferencePath) -> None:

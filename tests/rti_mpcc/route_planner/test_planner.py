@@ -27,6 +27,7 @@ from rti_mpcc import (
     plan_manoeuvre,
 )
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.route_planner import cost_to_go, drivable, shortening
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
 from rti_mpcc.types import Array
@@ -245,13 +246,18 @@ def test_far_from_the_origin_the_same_route_is_found(
         assert np.abs(other.part.y - far[1] - one.part.y).max() <= rounding
 
 
-def test_the_same_input_gives_the_same_route_in_slices() -> None:
+def test_the_same_input_gives_the_same_route_in_slices_of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     area, goal = Area(obstacles=[box(15.0, -3.0, 17.0, 2.0)]), Pose2(30.0, 2.0, 0.5)
     whole = plan_manoeuvre(START, goal, area, CONFIG)
-    made, slices = by_slices(START, goal, area, CONFIG)
-    assert slices > 5
-    assert poses_along(made).tolist() == poses_along(whole).tolist()
-    assert (made.nodes, made.clearance) == (whole.nodes, whole.clearance)
+    _, few = by_slices(START, goal, area, CONFIG)
+    names = (cost_to_go, "_SLICE"), (cost_to_go, "_POPS"), (shortening, "_SLICE"), (drivable, "_POSES")
+    for module, name in names:
+        monkeypatch.setattr(module, name, 100)
+        made, many = by_slices(START, goal, area, CONFIG)
+        assert many > few > 5
+        assert poses_along(made).tolist() == poses_along(whole).tolist()
+        assert (made.nodes, made.clearance) == (whole.nodes, whole.clearance)
+        few = many
 
 
 @pytest.mark.parametrize("length", [0.5, 1.0, 3.0])
