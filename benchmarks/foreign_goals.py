@@ -70,7 +70,7 @@ class Case:
 def config(*, follows: bool = False) -> ControllerConfig:
     """The settings: all defaults, but whether a dock that moves is followed."""
     tracking = GoalTracking(filter=GoalFilterConfig(moving=follows))
-    return ControllerConfig(cycle=CYCLE, goal_tracking=tracking)
+    return ControllerConfig(cycle=CYCLE, deadline=None, goal_tracking=tracking)
 
 
 def ride(case: Case) -> Ride:

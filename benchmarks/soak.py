@@ -76,7 +76,7 @@ class Shuttle:
     def of(cls, cycles: int) -> Shuttle:
         """With a route that is long enough for so many cycles."""
         path = shuttle(2 + cycles // CYCLES_PER_PART)
-        config = ControllerConfig(dead_time=DEAD_TIME)
+        config = ControllerConfig(dead_time=DEAD_TIME, deadline=None)
         corridor = Corridor.from_offsets(path, left=HALF_WIDTH, right=-HALF_WIDTH)
         plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
         return cls(

@@ -74,7 +74,7 @@ def driven(length: int) -> dict[str, float]:
     path_done = perf_counter()
     corridor = Corridor.from_offsets(path, left=HALF_WIDTH, right=-HALF_WIDTH)
     corridor_done, route = perf_counter(), resident()
-    controller = DockingController(path, corridor, ControllerConfig())
+    controller = DockingController(path, corridor, ControllerConfig(deadline=None))
     controller_done, built = perf_counter(), resident()
     start = path.parts[0].pose(10.0 * (length // 20))
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)

@@ -149,7 +149,9 @@ def with_stages(stages: int) -> Variant:
 def on_winding(series: str, size: int, path: ReferencePath, corridor: Corridor) -> Variant:
     """From the middle of a winding path, in a cruise that never comes to its arrival."""
     limits = Limits(speed=SPEED)
-    config = ControllerConfig(dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=limits)
+    config = ControllerConfig(
+        dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=limits, deadline=None
+    )
     return Variant(
         series=series,
         size=size,

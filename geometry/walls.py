@@ -74,9 +74,9 @@ class PartLines(Validated, error=CorridorError):
 def simplified(line: Array, most: float) -> Array:
     """Return a polyline (m, 2) with few points, within `most` [m] of the given one.
 
-    From each point that is kept on, the line is straight as far as one ray passes all points at `most`, and no
-    farther than to where it begins or ends to be straight itself. No choice between points that are equally
-    far off: rounding would decide it, and a turned corridor would have other walls.
+    From each point that is kept on, the line is straight as far as one ray passes all points at `most`. It
+    leads neither into nor out of what is straight itself. No choice between points that are equally far off:
+    rounding would decide it, and a turned corridor would have other walls.
     """
     kept = np.zeros(len(line), dtype=np.int64)
     return line[kept[: _keep(line, most, kept)]]

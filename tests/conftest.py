@@ -1,7 +1,8 @@
-"""Time that one test may take: `timeout` in pyproject.toml, ten times that in acceptance."""
+"""Time: a test may take `timeout` of pyproject.toml, ten times that in acceptance; a cycle takes none."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.get_closest_marker("acceptance") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(LONGER * timeout))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _time_stands() -> Iterator[None]:
+    """Let no deadline pass where a machine is slow: what is driven would depend on it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rti_mpcc.clock.perf_counter", lambda: 0.0)
+        yield
 
 
 @pytest.fixture

@@ -28,6 +28,8 @@ from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
+DEADLINE_SHARE = 0.6
+"""Of the cycle: the rest is the loop's, for sensors, actuators and a garbage collection."""
 COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
 RAMP = 0.4
@@ -81,8 +83,9 @@ class ControllerConfig(Settings):
             paper's objectives stall as they did.
         escape_speed: a vehicle whose body overlaps something may creep at up to this speed [m/s] along a
             motion on which the overlap falls all the way; 0: it stands.
-        deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
-            driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
+        deadline: of one step [s]; None: none; not given: `DEADLINE_SHARE` of the cycle. The solver gets what
+            is left of it, a plan that comes later is not driven in its cycle. Above `EXIT`, with which alone
+            no plan could ever be found.
     """
 
     former: ClassVar = {
@@ -159,6 +162,13 @@ class ControllerConfig(Settings):
     def _in_proportion(self) -> Self:
         """Scale the clearances that were not given to the vehicle's size."""
         object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
+        return self
+
+    @model_validator(mode="after")
+    def _in_time(self) -> Self:
+        """Take the deadline from the cycle where none was given."""
+        if "deadline" not in self.model_fields_set:
+            object.__setattr__(self, "deadline", DEADLINE_SHARE * self.cycle)
         return self
 
     @cached_property

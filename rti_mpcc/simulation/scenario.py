@@ -145,6 +145,7 @@ class Scenario(Section):
             "cycle": simulation.cycle,
             "actuators": ActuatorModel(**assumed),
             "goal_tolerance": self.goal.tolerance,
+            "deadline": None,  # the simulation's time stands while a cycle is computed
         }
         if (measurement is not None) if detections is None else detections:
             changes["goal_tracking"] = GoalTracking(required=True)

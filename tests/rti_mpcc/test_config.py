@@ -104,6 +104,14 @@ def test_presets_take_changes() -> None:
     assert not ControllerConfig.paper_printed().arrival
 
 
+def test_the_deadline_follows_the_cycle_unless_it_is_given() -> None:
+    assert ControllerConfig().deadline == pytest.approx(0.03)
+    assert ControllerConfig().changed(cycle=0.02).deadline == pytest.approx(0.012)
+    assert ControllerConfig.paper(cycle=0.1).deadline == pytest.approx(0.06)
+    assert ControllerConfig(deadline=None).changed(cycle=0.02).deadline is None
+    assert ControllerConfig(deadline=0.02).changed(cycle=0.1).deadline == 0.02
+
+
 # -- the groups ----------------------------------------------------------------------------------------------
 
 ROOT = Path(__file__).parents[2]

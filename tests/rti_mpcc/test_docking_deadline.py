@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 import numpy as np
 import pytest
 
 from geometry import Pose2
+from rti_mpcc import ControllerConfig, VehicleState
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.faults import FAILED
@@ -19,6 +21,7 @@ from tests.rti_mpcc.docking_runs import (
     docking_figures,
     drive,
     granting,
+    on_lane,
     present,
     short,
     straight,
@@ -101,6 +104,18 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     assert late.diagnostics.reason == Reason.LATE.message
     assert cycle(run, 6.3).source is Source.SOLUTION
     assert run[-1][1].docked
+
+
+def test_a_controller_has_a_deadline_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here each look at the clock takes 20 ms, of a cycle of 50 ms."""
+    monkeypatch.setattr("rti_mpcc.clock.perf_counter", count(0.0, 0.02).__next__)
+    state, goal = VehicleState(0.0, 0.0, 0.0, 0.0, 0.0), Pose2(40.0, 0.0, 0.0)
+    first = on_lane(40.0, 5.0, ControllerConfig()).step(state, now=0.0, goal=goal)
+    assert (first.source, first.status) == (Source.STANDSTILL, Status.STARTING)
+    assert first.diagnostics.deadline_missed
+    without = on_lane(40.0, 5.0, ControllerConfig(deadline=None)).step(state, now=0.0, goal=goal)
+    assert without.source is Source.SOLUTION
+    assert not without.diagnostics.deadline_missed
 
 
 # -- once more from a clean start ------------------------------------------------------------------------
