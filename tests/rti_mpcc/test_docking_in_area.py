@@ -210,8 +210,8 @@ def test_before_an_obstacle_that_appears_it_stops_and_plans_meanwhile_and_drives
     )
     drive = driver.drive(60.0)
     assert_docked(drive, goal)
-    # It is too near to the box to go round it without a stop: the route begins there.
-    assert replans(driver) == 1
+    # It is too near to the box to go round it without a stop: the route begins there, or has a cusp.
+    assert replans(driver) in (1, 2)
     stood = (drive.times > appears) & (np.abs(drive.states[:, 3]) <= 0.1)
     stood &= drive.states[:, 0] < 8.0 - BRISK.vehicle.front
     assert 0.0 < stood.sum() * BRISK.cycle < 6.0  # it does not wait for the route
