@@ -19,6 +19,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from estimation.types import Array
+from geometry.arrays import locked
 from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, inner, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
@@ -88,24 +89,25 @@ def residuals(
 
     `stamps`: (c,) of the `answers` (c, 3, lags) [s]; `measured`: (m, 3); `variance`: of the noise.
     """
-    models, alone = np.empty((2, len(dead_times), len(LAGS))), np.empty(2)
-    _compare(stamps, answers, measured, dead_times, variance, scale.stds, scale.drives, models, alone)
-    return models, alone
+    priors = _Priors(variance, locked(scale.stds), scale.drives)
+    return _compare(stamps, answers, measured, dead_times, priors)
+
+
+class _Priors(NamedTuple):
+    """Of (A2): variance of the noise, standard deviations and whether slope and drag act, as of `Scale`."""
+
+    variance: float
+    stds: Array2
+    drives: bool
 
 
 @kernel
 def _compare(
-    stamps: Array1,
-    answers: Array3,
-    measured: Array2,
-    dead_times: Array1,
-    variance: float,
-    stds: Array2,
-    drives: bool,
-    models: Out3,
-    alone: Out1,
-) -> None:
+    stamps: Array1, answers: Array3, measured: Array2, dead_times: Array1, priors: _Priors
+) -> tuple[Out3, Out1]:
     """(A2) by its normal equations: the courses first, then what they leave of m and of each Y."""
+    models, alone = np.empty((2, len(dead_times), len(LAGS))), np.empty(2)
+    variance, stds, drives = priors
     count, k = len(measured), stds.shape[1]
     rows = np.empty((k + 1, count))  # the courses, and m
     _fill_courses(measured, drives, rows)
@@ -134,6 +136,7 @@ def _compare(
                     yy -= along_y[a] ** 2
                 by_gain = (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
                 models[of, d, i] = alone[of] + (yy - 2.0 * my - by_gain) / count
+    return models, alone
 
 
 @inner

@@ -48,6 +48,15 @@ class Noise(NamedTuple):
     steering: float = 0.0
 
 
+class Elapsed(NamedTuple):
+    """Since the last measurement: the time [s], by what the commands have changed the speed [m/s], and the
+    curvature of the sharpest bend that the vehicle can drive [1/m]."""
+
+    seconds: float
+    gained: float
+    curvature: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasurementNoise:
     """What is known of the noise of a measured state.
@@ -73,32 +82,24 @@ class MeasurementNoise:
 
 
 def filtered(
-    noise: MeasurementNoise,
-    measured: Array,
-    follows: Array,
-    expected: Array,
-    seconds: float,
-    gained: float,
-    curvature: float,
+    noise: MeasurementNoise, measured: Array, follows: Array, expected: Array, since: Elapsed
 ) -> tuple[Array, MeasurementNoise]:
     """The state (6,) after one more measurement, and what is known of the noise then.
 
     Args:
         noise: known before; measured: (6,) x, y, phi, v, delta and a last number that is left as it is.
-        follows: (6,) F of the last measurement; expected: (6,) F of the estimate before; seconds: since then.
-        gained: what the commands have changed the speed by since then [m/s].
-        curvature: of the vehicle's sharpest bend [1/m].
+        follows: (6,) F of the last measurement; expected: (6,) F of the estimate before.
     """
     residual = np.empty(QUANTITIES)
     _between(measured, follows, residual)
     run, pairs, variance = noise.run + 1, noise.pairs, noise.variance
     if noise.run > 0:  # else the last difference is of another run
         pairs += 1
-        share = max(1.0 - exp(-seconds / _MEMORY), 1.0 / pairs)
+        share = max(1.0 - exp(-since.seconds / _MEMORY), 1.0 / pairs)
         variance = variance + share * (-residual * noise.residual - variance)
     known = MeasurementNoise(residual=residual, variance=variance, pairs=pairs, run=run)
     state = measured.copy()
-    _correct(measured, expected, variance, seconds, gained, _SLIP * curvature, 1.0 / (run + 1), state)
+    _correct(measured, expected, variance, since, 1.0 / (run + 1), state)
     return state, known
 
 
@@ -121,23 +122,16 @@ def _gain(r: float, q: float) -> float:
 
 @kernel
 def _correct(
-    measured: Array1,
-    expected: Array1,
-    variance: Array1,
-    seconds: float,
-    gained: float,
-    turn: float,
-    least: float,
-    state: Out1,
+    measured: Array1, expected: Array1, variance: Array1, since: Elapsed, least: float, state: Out1
 ) -> None:
     """(V2) to (V4) into `state`, which is `measured`."""
-    c, s, way = cos(measured[2]), sin(measured[2]), abs(measured[3]) * seconds
+    c, s, way = cos(measured[2]), sin(measured[2]), abs(measured[3]) * since.seconds
     x, y = expected[0] - measured[0], expected[1] - measured[1]
     off = np.array((c * x + s * y, c * y - s * x, 0.0, expected[3] - measured[3], expected[4] - measured[4]))
     off[2] = (expected[2] - measured[2] + np.pi) % (2.0 * np.pi) - np.pi
-    slips = (_SLIP * way, _SLIP * way, turn * way, _SLIP * abs(gained), 0.0)
+    slips = (_SLIP * way, _SLIP * way, _SLIP * since.curvature * way, _SLIP * abs(since.gained), 0.0)
     for i in range(QUANTITIES):
-        q = seconds * _WALKS[i] ** 2 + slips[i] ** 2
+        q = since.seconds * _WALKS[i] ** 2 + slips[i] ** 2
         most = _WIDEST * sqrt(max(variance[i], 0.0))
         kept = (1.0 - max(_gain(variance[i], q), least)) * off[i]
         off[i] = min(max(kept, -most), most)

@@ -29,12 +29,14 @@ from geometry.shape_grid import (
     MOST_TIED,
     SAME,
     Body,
+    BodyFrame,
     ShapeGrid,
     cells_around,
     in_frame,
     is_among,
     is_new,
     is_off,
+    seen_from,
 )
 
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
@@ -104,32 +106,32 @@ def _line_contacts(
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
     spread = 2.0 * outward * hypot(body.half[0], body.half[1])
     for n in range(len(poses)):
-        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
+        frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
+        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]
-                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+                ahead, aside = ahead - body.middle[0], aside - body.middle[1]
                 if is_off(ahead, aside, body.half, within + grid.circles[i, 2]) or is_among(i, seen, met):
                     continue
                 if met < len(seen):
                     seen[met], met = i, met + 1
-                in_frame(grid.corners, grid.starts[i], 2, x, y, c, s, segment)
+                in_frame(grid.corners, 2 * i, 2, frame, segment)
                 length, left_x, left_y = _left_of(segment)
-                for piece in range(len(body.starts) - 1):
-                    first, stop = body.starts[piece], body.starts[piece + 1]
-                    slot = piece * grid.owners + grid.owner[i]
+                for j in range(len(body.starts) - 1):
+                    slot = j * grid.owners + grid.owner[i]
                     # All that a piece overlaps is looked at: how deep, its whole run has to tell.
                     limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * SAME) + spread)
-                    off_x = abs(ahead + body.middle[0] - body.middles[piece, 0]) - body.halves[piece, 0]
-                    off_y = abs(aside + body.middle[1] - body.middles[piece, 1]) - body.halves[piece, 1]
+                    off_x = abs(ahead + body.middle[0] - body.middles[j, 0]) - body.halves[j, 0]
+                    off_y = abs(aside + body.middle[1] - body.middles[j, 1]) - body.halves[j, 1]
                     if max(off_x, off_y) - grid.circles[i, 2] > limit:
                         continue
-                    distance_between(body.corners, first, stop, segment, 0, 2, limit, witness)
+                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                    distance_between(piece, segment, limit, witness)
                     value = witness[VALUE]
                     if value >= limit:
                         continue
@@ -147,9 +149,9 @@ def _line_contacts(
                         ends[slot] += over < 0.0 or over > length
                     least[slot] = min(least[slot], value)
                     if value <= 0.0 and length > 0.0:
-                        _out_of_run(body.corners, first, stop, grid.corners, i, x, y, c, s, run, witness)
+                        _out_of_run(piece, grid.corners, i, frame, run, witness)
                     elif value > 0.0:
-                        reach_out(body.corners, first, stop, segment, 2, body.middle[0], outward, witness)
+                        reach_out(piece, segment, body.middle[0], outward, witness)
                     key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
@@ -157,11 +159,10 @@ def _line_contacts(
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
-                in_frame(grid.corners, grid.starts[nearest[slot]], 2, x, y, c, s, segment)
-                _, left_x, left_y = _left_of(segment)
-                first, stop = body.starts[slot // grid.owners], body.starts[slot // grid.owners + 1]
+                in_frame(grid.corners, 2 * nearest[slot], 2, frame, segment)
+                j = slot // grid.owners
                 witness[VALUE] = -inf
-                _behind(body.corners, first, stop, segment, left_x, left_y, witness)
+                _behind(body.corners[body.starts[j] : body.starts[j + 1]], segment, witness)
                 keep(witness, found[n, slot])
 
 
@@ -183,26 +184,17 @@ def keep(witness: Array, contact: Array) -> None:
 
 
 @inner
-def reach_out(
-    body: Array,
-    first: int,
-    stop: int,
-    shape: Array,
-    count: int,
-    middle: float,
-    outward: float,
-    witness: Array,
-) -> None:
+def reach_out(piece: Array, shape: Array, middle: float, outward: float, witness: Array) -> None:
     """Put a corner of the piece that stands over an edge of the shape in the place of the nearest pair, if it
     is about as near and farther out."""
     best = witness[VALUE] - outward * abs(witness[ON_A_X] - middle)
-    for j in range(1 if count == 2 else count):
-        m = j + 1 if j + 1 < count else 0
+    for j in range(1 if len(shape) == 2 else len(shape)):
+        m = j + 1 if j + 1 < len(shape) else 0
         edge_x, edge_y = shape[m, 0] - shape[j, 0], shape[m, 1] - shape[j, 1]
         square = edge_x * edge_x + edge_y * edge_y
-        for k in range(first, stop):
-            out = outward * abs(body[k, 0] - middle)
-            to_x, to_y = body[k, 0] - shape[j, 0], body[k, 1] - shape[j, 1]
+        for k in range(len(piece)):
+            out = outward * abs(piece[k, 0] - middle)
+            to_x, to_y = piece[k, 0] - shape[j, 0], piece[k, 1] - shape[j, 1]
             along = to_x * edge_x + to_y * edge_y
             if along < 0.0 or along > square or square == 0.0:
                 continue
@@ -210,64 +202,50 @@ def reach_out(
             apart = sqrt(apart_x * apart_x + apart_y * apart_y)
             if 0.0 < apart < best + out:
                 best = apart - out
-                witness[VALUE], witness[ON_A_X], witness[ON_A_Y] = apart, body[k, 0], body[k, 1]
+                witness[VALUE], witness[ON_A_X], witness[ON_A_Y] = apart, piece[k, 0], piece[k, 1]
                 witness[NORMAL_X], witness[NORMAL_Y] = apart_x / apart, apart_y / apart
 
 
 @inner
-def _behind(
-    body: Array, first: int, stop: int, segment: Array, left_x: float, left_y: float, witness: Array
-) -> None:
+def _behind(piece: Array, segment: Array, witness: Array) -> None:
     """The corner of the piece that is farthest to the right of a segment, along the left normal."""
-    least, at = inf, first
-    for k in range(first, stop):
-        height = left_x * (body[k, 0] - segment[0, 0]) + left_y * (body[k, 1] - segment[0, 1])
+    _, left_x, left_y = _left_of(segment)
+    least, at = inf, 0
+    for k in range(len(piece)):
+        height = left_x * (piece[k, 0] - segment[0, 0]) + left_y * (piece[k, 1] - segment[0, 1])
         if height < least:
             least, at = height, k
     if least > witness[VALUE]:
         witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = least, left_x, left_y
-        witness[ON_A_X], witness[ON_A_Y] = body[at, 0], body[at, 1]
+        witness[ON_A_X], witness[ON_A_Y] = piece[at, 0], piece[at, 1]
 
 
 @inner
-def _out_of_run(
-    body: Array,
-    first: int,
-    stop: int,
-    corners: Array,
-    i: int,
-    x: float,
-    y: float,
-    c: float,
-    s: float,
-    run: Array,
-    witness: Array,
-) -> None:
+def _out_of_run(piece: Array, corners: Array, i: int, frame: BodyFrame, run: Array, witness: Array) -> None:
     """The least way out of the run of segments, of which the i-th is one, where it crosses the piece."""
     start, end = i, i
     while start > 0 and _turns_right(corners, start - 1):
-        in_frame(corners, 2 * start - 2, 2, x, y, c, s, run)
-        if not _clipped(body, first, stop, run):
+        in_frame(corners, 2 * start - 2, 2, frame, run)
+        if not _clipped(piece, run):
             break
         start -= 1
     while 2 * end + 3 < len(corners) and _turns_right(corners, end):
-        in_frame(corners, 2 * end + 2, 2, x, y, c, s, run)
-        if not _clipped(body, first, stop, run):
+        in_frame(corners, 2 * end + 2, 2, frame, run)
+        if not _clipped(piece, run):
             break
         end += 1
     in_x, in_y, out_x, out_y = 0.0, 0.0, 0.0, 0.0
     witness[VALUE] = -inf
     for j in range(start, end + 1):
-        in_frame(corners, 2 * j, 2, x, y, c, s, run)
-        _, left_x, left_y = _left_of(run)
-        _behind(body, first, stop, run, left_x, left_y, witness)
-        _clipped(body, first, stop, run)
+        in_frame(corners, 2 * j, 2, frame, run)
+        _behind(piece, run, witness)
+        _clipped(piece, run)
         if j == start:
             in_x, in_y = run[0, 0], run[0, 1]
         out_x, out_y = run[1, 0], run[1, 1]
-    for k in range(first, stop):
-        m = k + 1 if k + 1 < stop else first
-        edge_x, edge_y = body[m, 0] - body[k, 0], body[m, 1] - body[k, 1]
+    for k in range(len(piece)):
+        m = k + 1 if k + 1 < len(piece) else 0
+        edge_x, edge_y = piece[m, 0] - piece[k, 0], piece[m, 1] - piece[k, 1]
         length = hypot(edge_x, edge_y)
         if length == 0.0:
             continue
@@ -276,9 +254,9 @@ def _out_of_run(
             continue
         least, at_x, at_y = inf, 0.0, 0.0
         for j in range(start, end + 1):
-            in_frame(corners, 2 * j, 2, x, y, c, s, run)
+            in_frame(corners, 2 * j, 2, frame, run)
             for each in range(2):
-                apart = normal_x * (body[k, 0] - run[each, 0]) + normal_y * (body[k, 1] - run[each, 1])
+                apart = normal_x * (piece[k, 0] - run[each, 0]) + normal_y * (piece[k, 1] - run[each, 1])
                 if apart < least:
                     least, at_x, at_y = apart, run[each, 0], run[each, 1]
         if least > witness[VALUE]:
@@ -299,14 +277,14 @@ def _turns_right(corners: Array, i: int) -> bool:
 
 
 @inner
-def _clipped(body: Array, first: int, stop: int, segment: Array) -> bool:
+def _clipped(piece: Array, segment: Array) -> bool:
     """Keep of a segment what is in the piece; where nothing is, return False and keep all."""
     edge_x, edge_y = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
     begin, end = 0.0, 1.0
-    for k in range(first, stop):
-        m = k + 1 if k + 1 < stop else first
-        inward_x, inward_y = body[k, 1] - body[m, 1], body[m, 0] - body[k, 0]
-        depth = inward_x * (segment[0, 0] - body[k, 0]) + inward_y * (segment[0, 1] - body[k, 1])
+    for k in range(len(piece)):
+        m = k + 1 if k + 1 < len(piece) else 0
+        inward_x, inward_y = piece[k, 1] - piece[m, 1], piece[m, 0] - piece[k, 0]
+        depth = inward_x * (segment[0, 0] - piece[k, 0]) + inward_y * (segment[0, 1] - piece[k, 1])
         growth = inward_x * edge_x + inward_y * edge_y
         if growth > 0.0:
             begin = max(begin, -depth / growth)

@@ -27,24 +27,21 @@ _TOUCHING: Final = 1e-9
 
 
 @inner
-def distance_between(
-    a: Array, a_first: int, a_stop: int, b: Array, b_first: int, b_stop: int, most: float, found: Array
-) -> None:
-    """Find the signed distance between two convex shapes: `found` (WITNESS,).
+def distance_between(a: Array, b: Array, most: float, found: Array) -> None:
+    """Find the signed distance between two convex shapes `a` (k, 2) and `b` (m, 2) [m]: `found` (WITNESS,).
 
-    Shape A is the corners `a_first` to `a_stop` of `a` (k, 2) [m], B those of `b`. A distance of `most` or
-    more may be too small, but is `most` at least.
+    A distance of `most` or more may be too small, but is `most` at least.
     """
     found[VALUE] = -inf
-    _separate(a, a_first, a_stop, b, b_first, b_stop, -1.0, found)
-    _separate(b, b_first, b_stop, a, a_first, a_stop, 1.0, found)
+    _separate(a, b, -1.0, found)
+    _separate(b, a, 1.0, found)
     # No normal of theirs tells whether lines and points on one line are apart.
-    thin = a_stop - a_first <= 2 and b_stop - b_first <= 2
+    thin = len(a) <= 2 and len(b) <= 2
     if -inf < found[VALUE] <= (-_TOUCHING if thin else 0.0) or found[VALUE] >= most:
         return
     found[VALUE] = inf
-    _approach(a, a_first, a_stop, b, b_first, b_stop, 1.0, found)
-    _approach(b, b_first, b_stop, a, a_first, a_stop, -1.0, found)
+    _approach(a, b, 1.0, found)
+    _approach(b, a, -1.0, found)
     found[VALUE] = sqrt(found[VALUE])
     if found[VALUE] > _TOUCHING:
         found[NORMAL_X] = (found[ON_A_X] - found[ON_B_X]) / found[VALUE]
@@ -52,23 +49,20 @@ def distance_between(
 
 
 @inner
-def _separate(
-    p: Array, p_first: int, p_stop: int, q: Array, q_first: int, q_stop: int, sign: float, found: Array
-) -> None:
+def _separate(p: Array, q: Array, sign: float, found: Array) -> None:
     """Keep the largest separation along the outward normals of the edges of p; `sign` is 1 where A is q."""
-    count = p_stop - p_first
-    if count == 1:
+    if len(p) == 1:
         return
-    for i in range(p_first, p_stop):
-        j = i + 1 if i + 1 < p_stop else p_first
+    for i in range(len(p)):
+        j = i + 1 if i + 1 < len(p) else 0
         edge_x, edge_y = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1]
         length = sqrt(edge_x * edge_x + edge_y * edge_y)
         if length == 0.0:
             continue
         normal_x, normal_y = edge_y / length, -edge_x / length
         # The corner of q that is deepest behind the edge; relative to the edge's begin, as all is.
-        least, at = inf, q_first
-        for k in range(q_first, q_stop):
+        least, at = inf, 0
+        for k in range(len(q)):
             beyond = normal_x * (q[k, 0] - p[i, 0]) + normal_y * (q[k, 1] - p[i, 1])
             if beyond < least:
                 least, at = beyond, k
@@ -87,18 +81,15 @@ def _separate(
 
 
 @inner
-def _approach(
-    p: Array, p_first: int, p_stop: int, q: Array, q_first: int, q_stop: int, sign: float, found: Array
-) -> None:
+def _approach(p: Array, q: Array, sign: float, found: Array) -> None:
     """Keep the least square of the distance of a corner of p to an edge of q; `sign` is 1 where p is A."""
     least = found[VALUE]
-    edges = 1 if q_stop - q_first <= 2 else q_stop - q_first
-    for i in range(q_first, q_first + edges):
-        j = i + 1 if i + 1 < q_stop else q_first
+    for i in range(1 if len(q) == 2 else len(q)):
+        j = i + 1 if i + 1 < len(q) else 0
         edge_x, edge_y = q[j, 0] - q[i, 0], q[j, 1] - q[i, 1]
         square = edge_x * edge_x + edge_y * edge_y
         over = 1.0 / square if square > 0.0 else 0.0
-        for k in range(p_first, p_stop):
+        for k in range(len(p)):
             to_x, to_y = p[k, 0] - q[i, 0], p[k, 1] - q[i, 1]
             along = min(max((to_x * edge_x + to_y * edge_y) * over, 0.0), 1.0)
             apart_x, apart_y = to_x - along * edge_x, to_y - along * edge_y

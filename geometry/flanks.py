@@ -15,10 +15,10 @@ from typing import Final
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array2, Out3, inner, kernel
+from geometry.compiled import Array2, Out4, inner, kernel
 from geometry.contacts import APART, AT_X, CONTACT, keep, no_contacts, reach_out
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
-from geometry.shape_grid import Body, ShapeGrid, cells_around, in_frame, is_off
+from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -36,44 +36,44 @@ def flank_contacts(
         within: what is farther away is left out [m]; outward: see geometry.contacts.
         sides: FLANKS, or 1: all shapes are one side.
     """
-    found = no_contacts(len(poses), body.pieces * sides)
+    found = no_contacts(len(poses), body.pieces * sides).reshape(len(poses), body.pieces, sides, CONTACT)
     for grid in grids:
-        _solid_contacts(body, poses, grid, sides, within, outward, found)
-    return found.reshape(len(poses), body.pieces, sides, CONTACT)
+        _solid_contacts(body, poses, grid, within, outward, found)
+    return found
 
 
 @kernel
 def _solid_contacts(
-    body: Body, poses: Array2, grid: ShapeGrid, sides: int, within: float, outward: float, found: Out3
+    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out4
 ) -> None:
     if len(grid.owner) == 0:
         return
     shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
+    middle, sides = body.middle, found.shape[2]
     farther_out = 0.0 if sides == FLANKS else outward
     for n in range(len(poses)):
-        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
+        frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
+        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
         for row in range(first_row, last_row + 1):
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]  # once more in a later cell, which does no harm
-                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]):
+                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+                if is_off(ahead - middle[0], aside - middle[1], body.half, within + grid.circles[i, 2]):
                     continue
                 count = grid.starts[i + 1] - grid.starts[i]
-                in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
-                for piece in range(len(body.starts) - 1):
-                    first, stop = body.starts[piece], body.starts[piece + 1]
-                    distance_between(body.corners, first, stop, shape, 0, count, within, witness)
+                in_frame(grid.corners, grid.starts[i], count, frame, shape)
+                for j in range(len(body.starts) - 1):
+                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                    distance_between(piece, shape[:count], within, witness)
                     if witness[VALUE] >= within:
                         continue
                     if witness[VALUE] > 0.0:
-                        reach_out(body.corners, first, stop, shape, count, body.middle[0], outward, witness)
-                    side = _flank(witness, body.middle[1]) if sides == FLANKS else 0
-                    known = found[n, piece * sides + side]
-                    key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - body.middle[0])
-                    if key < known[APART] - farther_out * abs(known[AT_X] - body.middle[0]):
+                        reach_out(piece, shape[:count], middle[0], outward, witness)
+                    side = _flank(witness, middle[1]) if sides == FLANKS else 0
+                    known = found[n, j, side]
+                    key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
+                    if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):
                         keep(witness, known)
 
 

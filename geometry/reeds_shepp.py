@@ -35,7 +35,7 @@ word also without a change of direction, with turns of up to 2 pi. It is longer,
 from __future__ import annotations
 
 from math import acos, asin, atan2, cos, floor, inf, pi, sin, sqrt
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -49,6 +49,8 @@ WORDS: Final = 48
 
 _ZERO: Final = 1e-10  # [radii] a piece that is shorter is none
 _SAME: Final = 1e-12  # so near the end of its domain an equation is solved as if at it: no root of rounding
+
+_Lengths: TypeAlias = tuple[float, float, float, float, float]
 
 # The first word to either centre is also driven from the goal to the start.
 _LRSL, _LSL, _LRL = 0, 1, 2
@@ -92,11 +94,11 @@ def words(x: float, y: float, phi: float, lengths: Array, turns: Array) -> int:
                 t, u, v = _solved(word, r, theta, turn)
                 if t == inf:
                     continue
-                _put(word, t, u, v, flip, mirror, reverse, lengths[count], turns[count])
+                _put(word, _pieces(word, t, u, v), symmetry, lengths[count], turns[count])
                 count += 1
                 if word in (_LSL, _LSR) and min(t, v) < -_ZERO:
                     t, v = _onward(t), _onward(v)
-                    _put(word, t, u, v, flip, mirror, reverse, lengths[count], turns[count])
+                    _put(word, _pieces(word, t, u, v), symmetry, lengths[count], turns[count])
                     count += 1
     return count
 
@@ -198,7 +200,7 @@ def _solved(word: int, r: float, theta: float, phi: float) -> tuple[float, float
 
 
 @inner
-def _pieces(word: int, t: float, u: float, v: float) -> tuple[float, float, float, float, float]:
+def _pieces(word: int, t: float, u: float, v: float) -> _Lengths:
     if word in (_LSL, _LSR, _LRL):
         return t, u, v, 0.0, 0.0
     if word == _LRLR_OPPOSED:
@@ -211,19 +213,10 @@ def _pieces(word: int, t: float, u: float, v: float) -> tuple[float, float, floa
 
 
 @inner
-def _put(
-    word: int,
-    t: float,
-    u: float,
-    v: float,
-    flip: float,
-    mirror: float,
-    reverse: bool,
-    lengths: Array,
-    turns: Array,
-) -> None:
+def _put(word: int, pieces: _Lengths, symmetry: int, lengths: Array, turns: Array) -> None:
     """Write a word as its symmetry has it: `lengths` and `turns` (PIECES,)."""
-    for k, length in enumerate(_pieces(word, t, u, v)):
+    flip, mirror, reverse = _symmetry(symmetry)
+    for k, length in enumerate(pieces):
         # In reverse are words of four pieces only.
         at = 3 - k if reverse and k < 4 else k
         lengths[at] = flip * length if abs(length) > _ZERO else 0.0
@@ -231,7 +224,7 @@ def _put(
 
 
 @inner
-def _cost(pieces: tuple[float, float, float, float, float], ahead: float, back: float, cusp: float) -> float:
+def _cost(pieces: _Lengths, ahead: float, back: float, cusp: float) -> float:
     """Cost of the pieces of a word; all in the same unit of length."""
     cost, before = 0.0, 0.0
     for length in pieces:

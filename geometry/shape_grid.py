@@ -65,6 +65,15 @@ class Body(NamedTuple):
         return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
 
 
+class BodyFrame(NamedTuple):
+    """Where a body is: its place x, y [m], and cosine and sine of its heading."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+
+
 class ShapeGrid(NamedTuple):
     """Convex shapes, each of one of several owners.
 
@@ -120,14 +129,14 @@ class ShapeGrid(NamedTuple):
         mean = 2.0 * float(circles[:, 2].mean()) if len(owner) else 0.0
         cell = max(_LONG * mean, float(np.sqrt(size[0] * size[1] / most)), float(size.max()) / most) or 1.0
         counts = (size / cell).astype(np.int64) + 1
-        inside = np.zeros(int(counts[0] * counts[1]), dtype=np.int64)
-        _enter(corners, starts, low, cell, counts, inside, np.zeros(0, dtype=np.int64))
+        inside, largest = np.zeros(int(counts[0] * counts[1]), np.int64), int(np.diff(starts).max(initial=1))
+        none = np.zeros((2, 0), np.int64)
+        grid = locked_record(cls, corners, starts, owner, owners, circles, low, cell, counts, *none, largest)
+        _enter(grid, inside, np.zeros(0, np.int64))
         begins = np.concatenate(([0], np.cumsum(inside)))
         members = np.empty(begins[-1], dtype=np.int64)
-        _enter(corners, starts, low, cell, counts, begins[:-1].copy(), members)
-        largest = int(np.diff(starts).max(initial=1))
-        grid = (corners, starts, owner, owners, circles, low, cell, counts, begins, members, largest)
-        return locked_record(cls, *grid)
+        _enter(grid, begins[:-1].copy(), members)
+        return grid._replace(begins=locked(begins), members=locked(members))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return ShapeGrid._of, (self.corners, self.starts, self.owner, self.owners)
@@ -197,17 +206,10 @@ def _bound(corners: Array2, starts: Index1, circles: Out2) -> None:
 
 
 @kernel
-def _enter(
-    corners: Array2,
-    starts: Index1,
-    origin: Array1,
-    cell: float,
-    counts: Index1,
-    begins: IndexOut1,
-    members: IndexOut1,
-) -> None:
+def _enter(grid: ShapeGrid, begins: IndexOut1, members: IndexOut1) -> None:
     """Enter each shape into the cells it reaches into, at `begins`, which moves on; without any `members`
     only count them there."""
+    corners, starts, origin, cell, counts = grid.corners, grid.starts, grid.origin, grid.cell, grid.counts
     for i in range(len(starts) - 1):
         first, stop = starts[i], starts[i + 1]
         low, high = corners[first, 1], corners[first, 1]
@@ -231,11 +233,9 @@ def cell_at(x: float, origin: float, cell: float, count: int) -> int:
 
 
 @inner
-def cells_around(
-    x: float, y: float, c: float, s: float, body: Body, grid: ShapeGrid, within: float
-) -> tuple[int, int, int, int]:
-    """First and last row, first and last column of the cells within reach of a body at x, y, its heading
-    given by c and s."""
+def cells_around(frame: BodyFrame, body: Body, grid: ShapeGrid, within: float) -> tuple[int, int, int, int]:
+    """First and last row, first and last column of the cells within reach of a body."""
+    x, y, c, s = frame
     middle, half, origin, cell, counts = body.middle, body.half, grid.origin, grid.cell, grid.counts
     at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
     reach_x = abs(c) * half[0] + abs(s) * half[1] + within
@@ -272,70 +272,31 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 @kernel
 def _signed_distances(body: Body, poses: Array2, grid: ShapeGrid, within: float, found: Out2) -> None:
-    shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
+    shape, witness, middle = np.empty((grid.largest, 2)), np.empty(WITNESS), body.middle
     for n in range(len(poses)):
         for j in range(len(found[n])):
             found[n, j] = within
-        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
+        frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
+        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
                 i = grid.members[k]  # once more in a later cell, which does no harm
-                least, count = found[n, grid.owner[i]], grid.starts[i + 1] - grid.starts[i]
-                dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-                ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-                if is_off(ahead, aside, body.half, least + grid.circles[i, 2]):
+                least = found[n, grid.owner[i]]
+                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+                if is_off(ahead - middle[0], aside - middle[1], body.half, least + grid.circles[i, 2]):
                     continue
-                in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
-                for piece in range(len(body.starts) - 1):
-                    first, stop = body.starts[piece], body.starts[piece + 1]
-                    distance_between(body.corners, first, stop, shape, 0, count, least, witness)
+                count = grid.starts[i + 1] - grid.starts[i]
+                in_frame(grid.corners, grid.starts[i], count, frame, shape)
+                for j in range(len(body.starts) - 1):
+                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                    distance_between(piece, shape[:count], least, witness)
                     least = min(least, witness[VALUE])
                 found[n, grid.owner[i]] = least
         for j in range(len(found[n])):
             if found[n, j] >= within:
                 found[n, j] = inf
-
-
-@inner
-def clearance_at(
-    body: Body,
-    grid: ShapeGrid,
-    x: float,
-    y: float,
-    phi: float,
-    within: float,
-    shape: Array,
-    witness: Array,
-    compared: Index,
-) -> float:
-    """Signed distance [m] of a body at one pose to the nearest shape, `within` where none is nearer.
-
-    `shape` (largest, 2) and `witness` (WITNESS,) are room to work in. `compared` (1,) rises by one, and by
-    the number of shapes that are near. One pose of the kernel above, again: to
-    hand the body and the grid from one function to the next takes longer than all that is done with them.
-    """
-    least, c, s = within, cos(phi), sin(phi)
-    compared[0] += 1
-    first_row, last_row, first_column, last_column = cells_around(x, y, c, s, body, grid, within)
-    for row in range(first_row, last_row + 1):
-        first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
-        compared[0] += grid.begins[last_cell + 1] - grid.begins[first_cell]
-        for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-            i = grid.members[k]
-            dx, dy = grid.circles[i, 0] - x, grid.circles[i, 1] - y
-            ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
-            if is_off(ahead, aside, body.half, least + grid.circles[i, 2]):
-                continue
-            count = grid.starts[i + 1] - grid.starts[i]
-            in_frame(grid.corners, grid.starts[i], count, x, y, c, s, shape)
-            for piece in range(len(body.starts) - 1):
-                first, stop = body.starts[piece], body.starts[piece + 1]
-                distance_between(body.corners, first, stop, shape, 0, count, least, witness)
-                least = min(least, witness[VALUE])
-    return least
 
 
 @inner
@@ -348,13 +309,17 @@ def is_off(x: float, y: float, half: Array, limit: float) -> bool:
 
 
 @inner
-def in_frame(
-    corners: Array, first: int, count: int, x: float, y: float, c: float, s: float, shape: Array
-) -> None:
-    """The corners of a shape as they are seen from a body at x, y, its heading given by c and s."""
+def seen_from(frame: BodyFrame, x: float, y: float) -> tuple[float, float]:
+    """A point as it is seen from a body: along and across it [m]."""
+    dx, dy = x - frame.x, y - frame.y
+    return frame.c * dx + frame.s * dy, frame.c * dy - frame.s * dx
+
+
+@inner
+def in_frame(corners: Array, first: int, count: int, frame: BodyFrame, shape: Array) -> None:
+    """The corners of a shape as they are seen from a body, into `shape` (at least `count`, 2)."""
     for j in range(count):
-        dx, dy = corners[first + j, 0] - x, corners[first + j, 1] - y
-        shape[j, 0], shape[j, 1] = c * dx + s * dy, c * dy - s * dx
+        shape[j, 0], shape[j, 1] = seen_from(frame, corners[first + j, 0], corners[first + j, 1])
 
 
 @inner

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation import GoalMeasurement, Judgement
+from estimation import GoalMeasurement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
@@ -33,7 +33,7 @@ from rti_mpcc.course.transitions import (
 )
 from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import fallback, first_plan, holding, limiter
-from rti_mpcc.drive.command import ControlDecision, command, emergency, status_of
+from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency, status_of
 from rti_mpcc.drive.driving import driven
 from rti_mpcc.drive.fallback import ControlInput
 from rti_mpcc.drive.limiter import sent
@@ -46,7 +46,7 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 from rti_mpcc.world import goal_setpoint
-from rti_mpcc.world.perception import Perception
+from rti_mpcc.world.perception import Perception, StepInputs
 from rti_mpcc.world.standstill import dock_speed
 from rti_mpcc.world.surroundings import Surroundings, area_along
 from rti_mpcc.world.vehicle import predicted
@@ -267,11 +267,11 @@ class DockingController:
         clock = clock or CycleClock(self.config.deadline)
         s = self.state
         try:
-            s, detections, remarks = self._known(s, state, now, goal, measurements, obstacles)
+            s, report = self._known(s, StepInputs(state, now, goal, measurements, obstacles))
             s = self._on_route(s, clock)
             s, context = self._on_segment(s, clock)
             after, decision = driven(s, context)
-            after, answer = self._sent(s, after, decision, context, detections, remarks)
+            after, answer = self._sent(s, after, decision, context, report)
         except Exception as error:
             # An internal error must not leave the vehicle without a command.
             _log.exception("internal error in a cycle, the vehicle is braked")
@@ -285,22 +285,14 @@ class DockingController:
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _known(
-        self,
-        s: ControllerState,
-        measured: VehicleState,
-        now: float,
-        goal: Pose2 | None,
-        measurements: Sequence[GoalMeasurement],
-        obstacles: Sequence[ArrayLike] | None,
-    ) -> tuple[ControllerState, tuple[Judgement, ...], tuple[str, ...]]:
+    def _known(self, s: ControllerState, given: StepInputs) -> tuple[ControllerState, InputReport]:
         """With what is known by the inputs of this cycle; judgements of detections, and remarks."""
         s, task = holding.not_dead_reckoned(s), s.task
         part, holds = s.path.parts[task.segment.index], task.hold is not None
         perception, path = self._perception, s.path
-        s, remarks = perception.updated(s, measured, now, goal, obstacles, path=path, part=part, holds=holds)
-        s, detections, unfit = perception.located(s, measurements, path)
-        return s, detections, (*remarks, unfit)
+        s, remarks = perception.updated(s, given, path=path, part=part, holds=holds)
+        s, detections, unfit = perception.located(s, given.measurements, path)
+        return s, InputReport(detections, (*remarks, unfit))
 
     # -- the route and its segment ------------------------------------------------------------------
 
@@ -355,8 +347,7 @@ class DockingController:
         after: ControllerState,
         decision: ControlDecision,
         context: PlanningContext,
-        detections: tuple[Judgement, ...],
-        remarks: tuple[str, ...],
+        report: InputReport,
     ) -> tuple[ControllerState, Command]:
         """The command within the limits, with its reason, and the state that the cycle leaves.
 
@@ -366,11 +357,13 @@ class DockingController:
         decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
         after = sent(after, control, context.start_time, context.state, self.config)
         after = _retried(after, status, decision.verdict.reason)
-        remarks = (*remarks, *goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
+        remarks = (*goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
+        report = report._replace(remarks=(*report.remarks, *remarks))
         if self._replanner is not None:
             after = self._replanner.planned_on(after, context.clock)
         aimed, at, clock = context.target.pose, context.state, context.clock
-        return after, command(decision, status, at, aimed, after, clock, self.config, detections, remarks)
+        diagnostics = diagnose(decision, at, aimed, after, clock, report)
+        return after, command(decision, status, after, self.config, diagnostics)
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
         measured = s.vehicle.monitor.usable_measurement(self.config)

@@ -26,7 +26,7 @@ from geometry import Area
 from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.outline import shape_of
-from geometry.shape_grid import in_frame
+from geometry.shape_grid import BodyFrame, in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course.context import PlanningContext
@@ -185,9 +185,9 @@ def _may_collide(
     edge, witness = np.empty((2, 2)), np.empty(WITNESS)
     for n in range(len(states)):
         count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
-        c, s = cos(states[n, PHI]), sin(states[n, PHI])
-        in_frame(covered, 0, count, states[n, X], states[n, Y], c, s, seen)
-        distance_between(body, 0, len(body), seen, 0, count, inf, witness)
+        frame = BodyFrame(states[n, X], states[n, Y], cos(states[n, PHI]), sin(states[n, PHI]))
+        in_frame(covered, 0, count, frame, seen)
+        distance_between(body, seen[:count], inf, witness)
         if witness[VALUE] <= least[n]:
             near[n] = 1
         # The leading edge: corners 1 and 2 are those at the front.
@@ -195,7 +195,7 @@ def _may_collide(
         for j in range(2):
             k = (first + j) % len(body)
             edge[j, 0], edge[j, 1] = body[k, 0], body[k, 1]
-        distance_between(edge, 0, 2, seen, 0, count, inf, witness)
+        distance_between(edge, seen[:count], inf, witness)
         if witness[VALUE] <= ahead[n]:
             near[n] = 1
 

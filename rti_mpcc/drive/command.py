@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +53,13 @@ class ControlDecision:
     attempt: SqpResult | None = None
 
 
+class InputReport(NamedTuple):
+    """Judgements of the detections of the goal, and remarks on all inputs of a cycle."""
+
+    detections: tuple[Judgement, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
 def status_of(verdict: Verdict, task: Task) -> Status:
     """The status of a cycle with this verdict, after which the task is `task`."""
     if verdict.reason is Reason.SEARCHES_PLAN and task.stop_reason:
@@ -60,30 +68,23 @@ def status_of(verdict: Verdict, task: Task) -> Status:
     return verdict.reason.status or (Status.FOLLOWING if follows else Status.ARRIVING)
 
 
-def command(
+def diagnose(
     decision: ControlDecision,
-    status: Status,
     state: Array,
     target: Pose2,
     s: ControllerState,
     clock: CycleClock,
-    config: ControllerConfig,
-    detections: tuple[Judgement, ...] = (),
-    remarks: tuple[str, ...] = (),
-) -> Command:
-    """The command of a cycle whose control acts from `state` (6,) on. `remarks`: on inputs."""
-    control, plan, attempt, arrives_at = decision.control, decision.trajectory, decision.attempt, s.arrives_at
-    if s.clock.offset:
-        times = plan.times - s.clock.offset
-        read_only(times)
-        plan = replace(plan, times=times)
+    report: InputReport,
+) -> Diagnostics:
+    """The diagnostics of a cycle whose control acts from `state` (6,) on."""
+    attempt, arrives_at = decision.attempt, s.arrives_at
     solutions = attempt.solutions if attempt else ()
     iterations, prepare, feedback, solve, limit = 0, 0.0, 0.0, 0.0, False
     for each in solutions:
         iterations, limit = iterations + each.iterations, limit or each.at_limit
         prepare, feedback = prepare + each.prepare_seconds, feedback + each.feedback_seconds
         solve += each.solve_seconds
-    diagnostics = Diagnostics(
+    return Diagnostics(
         theta=float(state[THETA]),
         part=s.task.segment.index,
         objective=s.task.objective.kind,
@@ -97,8 +98,8 @@ def command(
         target=target,
         goal=s.goal.estimate,
         time_to_go=None if arrives_at is None else arrives_at - (s.clock.now + s.vehicle.dead_time),
-        reason="; ".join(filter(None, (str(decision.verdict), *remarks))),
-        detections=detections,
+        reason="; ".join(filter(None, (str(decision.verdict), *report.remarks))),
+        detections=report.detections,
         prepare_ms=1e3 * prepare,
         feedback_ms=1e3 * feedback,
         solve_ms=1e3 * solve,
@@ -109,6 +110,21 @@ def command(
         cause=decision.verdict.reason,
         iteration_limit=limit,
     )
+
+
+def command(
+    decision: ControlDecision,
+    status: Status,
+    s: ControllerState,
+    config: ControllerConfig,
+    diagnostics: Diagnostics,
+) -> Command:
+    """The command of a cycle."""
+    control, plan = decision.control, decision.trajectory
+    if s.clock.offset:
+        times = plan.times - s.clock.offset
+        read_only(times)
+        plan = replace(plan, times=times)
     drive, wheels = going_out(s.sent, s.vehicle.actuators, config.cycle)
     return Command(
         acceleration=drive.acceleration,
@@ -138,7 +154,8 @@ def emergency(
     times = stage_times(s.clock.now + s.vehicle.dead_time, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control, verdict, motion, SqpResult(solutions=(), problem=str(verdict)))
-    return command(decision, status_of(verdict, s.task), state, s.goal.pose or pose, s, clock, config)
+    diagnostics = diagnose(decision, state, s.goal.pose or pose, s, clock, InputReport())
+    return command(decision, status_of(verdict, s.task), s, config, diagnostics)
 
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:

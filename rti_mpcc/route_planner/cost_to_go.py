@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array, locked
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel
+from geometry.compiled import Array1, Array2, Out2, inner, kernel
 from geometry.shape_grid import POINT, ShapeGrid
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.route_planner.tree import pop, push
+from rti_mpcc.route_planner.tree import Heap, pop, push
 
 _SLICE = 1024  # places that are checked at a time
 _POPS = 8192  # cells that are taken from the heap at a time
@@ -66,33 +66,27 @@ def cost_to_go(
     cost = np.full(clear.shape, inf)
     cost[row, column] = 0.0
     # Each cell is entered by each of its neighbours at most.
-    heap, member = np.empty(8 * clear.size + 1), np.empty(8 * clear.size + 1, np.int64)
-    heap[0], member[0], size = 0.0, row * columns + column, 1
+    most = 8 * clear.size + 1
+    queue = Heap(np.empty(most), np.empty(most, np.int64), np.ones(1, np.int64))
+    queue.priority[0], queue.member[0] = 0.0, row * columns + column
     # A cell counts as free if any place in it may be.
     least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.clearance.on_routes
     lack = np.clip((near - clear) / (near - least), 0.0, 1.0)
     price = locked(np.where(clear < least, inf, 1.0 + config.route.closeness_cost * lack))
-    while size > 0:
-        size = _dijkstra(price, cell, heap, member, size, _POPS, cost)
+    while queue.size[0] > 0:
+        _dijkstra(price, cell, queue, _POPS, cost)
         yield
     return CostToGo(cost=locked(cost), origin=locked(low.copy()), cell=cell)
 
 
 @kernel
-def _dijkstra(
-    price: Array2, cell: float, heap: Out1, member: IndexOut1, size: int, budget: int, cost: Out2
-) -> int:
-    """Take up to `budget` cells from a heap of this size; returns its new size.
-
-    Args:
-        price: of a metre in each cell.
-    """
+def _dijkstra(price: Array2, cell: float, queue: Heap, budget: int, cost: Out2) -> None:
+    """Take up to `budget` cells from the queue; `price`: of a metre in each cell."""
     rows, columns = price.shape
     for _ in range(budget):
-        if size == 0:
+        if queue.size[0] == 0:
             break
-        value, node = heap[0], member[0]
-        size = pop(heap, member, size)
+        node, value = pop(queue)
         i, j = node // columns, node % columns
         if value > cost[i, j]:
             continue
@@ -104,8 +98,7 @@ def _dijkstra(
                 there = value + cell * hypot(di, dj) * price[k, m]
                 if there < cost[k, m]:
                     cost[k, m] = there
-                    size = push(heap, member, size, there, k * columns + m)
-    return size
+                    push(queue, there, k * columns + m)
 
 
 @inner

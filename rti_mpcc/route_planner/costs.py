@@ -13,9 +13,9 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, inner
-from geometry.convex import WITNESS
+from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
-from geometry.shape_grid import Body, ShapeGrid, clearance_at
+from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
 from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.tree import MOST_TARGETS
 
@@ -104,8 +104,30 @@ def workspace_of(body: Body, solid: ShapeGrid) -> SearchWorkspace:
 
 @inner
 def clear_at(work: SearchWorkspace, x: float, y: float, phi: float, within: float) -> float:
-    """Clearance of the body at a pose, `within` where nothing is nearer [m]."""
-    return clearance_at(work.body, work.solid, x, y, phi, within, work.shape, work.witness, work.compared)
+    """Signed distance [m] of the body at a pose to the nearest shape, `within` where none is nearer.
+
+    `work.compared` rises by one, and by the number of shapes that are near. One pose of the kernel of
+    `ShapeGrid.signed_distances`, again: to hand the body and the grid from one function to the next takes
+    longer than all that is done with them.
+    """
+    body, grid, least, frame = work.body, work.solid, within, BodyFrame(x, y, cos(phi), sin(phi))
+    work.compared[0] += 1
+    first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
+    for row in range(first_row, last_row + 1):
+        first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+        work.compared[0] += grid.begins[last_cell + 1] - grid.begins[first_cell]
+        for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+            i = grid.members[k]
+            ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+            if is_off(ahead - body.middle[0], aside - body.middle[1], body.half, least + grid.circles[i, 2]):
+                continue
+            count = grid.starts[i + 1] - grid.starts[i]
+            in_frame(grid.corners, grid.starts[i], count, frame, work.shape)
+            for j in range(len(body.starts) - 1):
+                piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                distance_between(piece, work.shape[:count], least, work.witness)
+                least = min(least, work.witness[VALUE])
+    return least
 
 
 @inner

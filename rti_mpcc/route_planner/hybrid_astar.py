@@ -43,7 +43,6 @@ from rti_mpcc.route_planner.tree import (
     EXPANDED,
     NODES,
     NONE,
-    QUEUED,
     TARGETS_KNOWN,
     Tree,
     add_target,
@@ -87,18 +86,26 @@ class Connection(NamedTuple):
     curve: Out2
 
 
+class Growth(NamedTuple):
+    """How one of the trees grows.
+
+    Attributes:
+        which: 0 for the tree from the start, 1 for the one from the goal; grid: costs to the root of the
+            other tree; terms: in the direction of its arcs.
+        whole, work: of both trees.
+    """
+
+    which: int
+    grid: CostToGo
+    terms: Terms
+    whole: Connection
+    work: SearchWorkspace
+
+
 @kernel
-def _advance(
-    tree: Tree,
-    other: Tree,
-    which: int,
-    whole: Connection,
-    grid: CostToGo,
-    terms: Terms,
-    work: SearchWorkspace,
-    budget: int,
-) -> int:
+def _advance(tree: Tree, other: Tree, growth: Growth, budget: int) -> int:
     """Expand up to `budget` nodes; returns how that ended."""
+    whole = growth.whole
     for _ in range(budget):
         node, least = take_next(tree)
         found = whole.best[COST] < inf
@@ -111,19 +118,17 @@ def _advance(
         tree.counters[EXPANDED] += 1
         left = hypot(other.pose[0, 0] - tree.pose[node, 0], other.pose[0, 1] - tree.pose[node, 1])
         whole.best[NEAREST] = min(whole.best[NEAREST], left)
-        add_target(tree, node, terms.radius)
+        add_target(tree, node, growth.terms.radius)
         if (expanded + 1) % _EVERY == 0 or tree.counters[EXPANDED] <= 2:
-            _connect(tree, node, other, which, whole, terms, work)
-        _expand(tree, node, other, whole, grid, terms, work)
+            _connect(tree, node, other, growth)
+        _expand(tree, node, other, growth)
     return SEARCHING
 
 
 @inner
-def _expand(
-    tree: Tree, node: int, other: Tree, whole: Connection, grid: CostToGo, terms: Terms, work: SearchWorkspace
-) -> None:
+def _expand(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
     """Enter all that can be reached from a node by one arc."""
-    incoming, bent = tree.arc[node, 0], tree.arc[node, 1]
+    incoming, bent, terms = tree.arc[node, 0], tree.arc[node, 1], growth.terms
     most = atan(terms.wheelbase / terms.radius)
     for sign in range(-1, 2, 2):
         for wheel in range(-2, 3):
@@ -137,12 +142,12 @@ def _expand(
                 base += terms.steering * abs(steering - steering_of(bent, terms))
                 if sign * incoming < 0.0:
                     base += terms.cusp
-            driven, extra = _drive(tree, node, sign, curvature, terms, work)
+            driven, extra = _drive(tree, node, sign, curvature, terms, growth.work)
             if driven < _SHORTEST * terms.check:
                 continue
             cost = base + (terms.ahead if sign > 0 else terms.back) * driven + extra
-            if cost < whole.best[COST]:
-                _enter(tree, node, cost, other, grid, terms)
+            if cost < growth.whole.best[COST]:
+                _enter(tree, node, cost, other, growth.grid, terms)
 
 
 @inner
@@ -191,18 +196,16 @@ def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, term
         return
     tree.counters[NODES] = new + 1
     tree.cost[new], tree.parent[new], tree.closed[new] = cost, node, 0
-    priority = cost + terms.weight * left
-    tree.counters[QUEUED] = push(tree.priority, tree.member, tree.counters[QUEUED], priority, new)
+    push(tree.queue, cost + terms.weight * left, new)
     if taken:  # the node that had the cell is not expanded any more
         tree.closed[tree.in_cell[at]] = 1
     tree.keys[at], tree.in_cell[at] = key, new
 
 
 @inner
-def _connect(
-    tree: Tree, node: int, other: Tree, which: int, whole: Connection, terms: Terms, work: SearchWorkspace
-) -> None:
+def _connect(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
     """Try curves from a node to those of the other tree by which a route may be cheapest; keep the best."""
+    which, _, terms, whole, work = growth
     count = _price_targets(tree.pose[node], other, terms, work)
     for _ in range(min(count, _TARGETS)):
         k = int(np.argmin(work.target_costs[:count]))
@@ -259,11 +262,13 @@ class HybridAStar:
         goals: Roots,
         grids: tuple[CostToGo, CostToGo],
     ) -> None:
-        self._work, self._grids, self._last = workspace_of(body, solid), grids, goals.arcs
-        # Against time forward is reverse.
-        self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
+        self._last, work = goals.arcs, workspace_of(body, solid)
         self._trees = [rooted(*starts[:3]), rooted(goals.poses, goals.arcs * (-1.0, 1.0), goals.costs)]
         self._whole = Connection(np.array([inf, inf]), np.zeros(4, np.int64), np.zeros((PIECES, 2)))
+        # Against time forward is reverse.
+        against = terms._replace(ahead=terms.back, back=terms.ahead)
+        own = (0, grids[0], terms), (1, grids[1], against)
+        self._growths = [Growth(*each, self._whole, work) for each in own]
         self.state = SEARCHING
 
     def advance(self, budget: int) -> None:
@@ -271,8 +276,7 @@ class HybridAStar:
         for which in (1, 0):
             if self.state == SEARCHING:
                 tree = self._trees[which] = enlarged(self._trees[which], budget)
-                other, grid, terms = self._trees[1 - which], self._grids[which], self._terms[which]
-                self.state = _advance(tree, other, which, self._whole, grid, terms, self._work, budget)
+                self.state = _advance(tree, self._trees[1 - which], self._growths[which], budget)
 
     @property
     def expanded(self) -> int:

@@ -7,7 +7,7 @@ cell the cheapest one is kept, exactly.
 from __future__ import annotations
 
 from math import floor, pi
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,9 +17,8 @@ from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel
 EMPTY: Final = 0
 """A free slot of a table: keys are larger."""
 NODES: Final = 0
-QUEUED: Final = 1
-EXPANDED: Final = 2
-TARGETS_KNOWN: Final = 3
+EXPANDED: Final = 1
+TARGETS_KNOWN: Final = 2
 """Places in the counters of a tree."""
 NONE: Final = -1
 """No node: the parent of a root."""
@@ -34,10 +33,23 @@ _AREA: Final = 0.5  # [radii] one target for curves in each cell of this size ..
 _AREA_HEADINGS: Final = 8  # ... and each of these sectors of the heading
 
 
+class Heap(NamedTuple):
+    """Nodes, the one of least priority first.
+
+    Attributes:
+        priority, member: (n,) of each node, and the node; size: (1,) number of nodes.
+    """
+
+    priority: Out1
+    member: IndexOut1
+    size: IndexOut1
+
+
 @inner
-def push(priority: Array, member: Index, size: int, value: float, node: int) -> int:
-    """Enter a node with its priority; returns the new size of the heap."""
-    i = size
+def push(heap: Heap, value: float, node: int) -> None:
+    """Enter a node with its priority."""
+    priority, member, i = heap.priority, heap.member, heap.size[0]
+    heap.size[0] += 1
     while i > 0:
         above = (i - 1) // 2
         if priority[above] <= value:
@@ -45,14 +57,14 @@ def push(priority: Array, member: Index, size: int, value: float, node: int) -> 
         priority[i], member[i] = priority[above], member[above]
         i = above
     priority[i], member[i] = value, node
-    return size + 1
 
 
 @inner
-def pop(priority: Array, member: Index, size: int) -> int:
-    """Take the node of least priority, which is member[0], out; returns the new size."""
-    size -= 1
-    value, node = priority[size], member[size]
+def pop(heap: Heap) -> tuple[int, float]:
+    """Take out the node of least priority; returns it and its priority."""
+    priority, member, size = heap.priority, heap.member, heap.size[0] - 1
+    first, least, value, node = member[0], priority[0], priority[size], member[size]
+    heap.size[0] = size
     i = 0
     while 2 * i + 1 < size:
         below = 2 * i + 1
@@ -63,7 +75,7 @@ def pop(priority: Array, member: Index, size: int) -> int:
         priority[i], member[i] = priority[below], member[below]
         i = below
     priority[i], member[i] = value, node
-    return size
+    return first, least
 
 
 @inner
@@ -83,7 +95,7 @@ class Tree(NamedTuple):
         pose: (n, 3); arc: (n, 2) signed length [m] and curvature [1/m] of the arc from the parent.
         cost: (n,) from the root; clearance: (n,) at the pose, as far as it is computed [m].
         parent: (n,); closed: (n,) 1 once expanded.
-        priority, member: the heap; keys, in_cell: the table of lattice cells, and the node in each.
+        queue: nodes to expand; keys, in_cell: the table of lattice cells, and the node in each.
         counters: see above; targets: nodes to which a curve from the other tree may lead; taken: the table of
             cells by which they are chosen, one of each.
     """
@@ -94,8 +106,7 @@ class Tree(NamedTuple):
     clearance: Out1
     parent: IndexOut1
     closed: IndexOut1
-    priority: Out1
-    member: IndexOut1
+    queue: Heap
     keys: IndexOut1
     in_cell: IndexOut1
     counters: IndexOut1
@@ -113,11 +124,10 @@ def rooted(roots: Array, arcs: Array, costs: Array) -> Tree:
         clearance=np.zeros(_FIRST),
         parent=np.full(_FIRST, NONE),
         closed=np.zeros(_FIRST, np.int64),
-        priority=np.zeros(_FIRST),
-        member=np.arange(_FIRST),
+        queue=Heap(np.zeros(_FIRST), np.arange(_FIRST), np.array([count])),
         keys=np.full(2 * _FIRST, EMPTY),
         in_cell=np.empty(2 * _FIRST, np.int64),
-        counters=np.array([count, count, 0, count]),
+        counters=np.array([count, 0, count]),
         targets=np.arange(MOST_TARGETS),  # the roots are the first ones
         taken=np.full(4 * MOST_TARGETS, EMPTY),
     )
@@ -131,10 +141,14 @@ def enlarged(tree: Tree, expanded: int) -> Tree:
         return tree
     keys, in_cell = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.keys), np.int64)
     _copy_cells(tree.keys, tree.in_cell, keys, in_cell)
-    nodes = ("pose", "arc", "cost", "clearance", "parent", "closed", "priority", "member")
-    own = {name: getattr(tree, name) for name in nodes}
-    doubled = {name: np.concatenate((each, np.empty_like(each))) for name, each in own.items()}
-    return tree._replace(**doubled, keys=keys, in_cell=in_cell)
+    own = {name: getattr(tree, name) for name in ("pose", "arc", "cost", "clearance", "parent", "closed")}
+    doubled = {name: _doubled(each) for name, each in own.items()}
+    queue = Heap(_doubled(tree.queue.priority), _doubled(tree.queue.member), tree.queue.size)
+    return tree._replace(**doubled, queue=queue, keys=keys, in_cell=in_cell)
+
+
+def _doubled(values: Any) -> Any:
+    return np.concatenate((values, np.empty_like(values)))
 
 
 @kernel
@@ -158,9 +172,8 @@ def branch_to(tree: Tree, node: int) -> tuple[Array, int]:
 def take_next(tree: Tree) -> tuple[int, float]:
     """Take the node of least priority that is not closed, or none, and its priority."""
     node, least = NONE, 0.0
-    while node == NONE and tree.counters[QUEUED] > 0:
-        first, least = tree.member[0], tree.priority[0]
-        tree.counters[QUEUED] = pop(tree.priority, tree.member, tree.counters[QUEUED])
+    while node == NONE and tree.queue.size[0] > 0:
+        first, least = pop(tree.queue)
         if tree.closed[first] == 0:
             node = first
     return node, least

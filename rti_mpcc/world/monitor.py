@@ -22,7 +22,7 @@ import numpy as np
 from estimation import MeasurementNoise
 from estimation.odometry import AT, CommandedChange, Geometry, with_commands
 from estimation.sensors import Sensors, compare_sensors
-from estimation.vehicle_filter import filtered
+from estimation.vehicle_filter import Elapsed, filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import BAD_INPUT
@@ -162,9 +162,8 @@ def validate_measurement(
     if problem and not fault:
         state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
     elif not (problem or last.doubt or same) and config.vehicle_filter.enabled:
-        state, noise = filtered(
-            last.noise, measured, follows, expected, seconds, gained, config.max_curvature
-        )
+        since = Elapsed(float(seconds), float(gained), config.max_curvature)
+        state, noise = filtered(last.noise, measured, follows, expected, since)
     leapt = abs(float(measured[V] - expected[V])) > RESET_LEAP
     monitor = StateMonitor(
         at=now,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -23,6 +24,16 @@ from rti_mpcc.world.monitor import StateMonitor, validate_measurement
 from rti_mpcc.world.world import GoalState, W, World
 
 
+class StepInputs(NamedTuple):
+    """What the controller's `step` is given, as it is given: see there."""
+
+    measured: VehicleState
+    now: float
+    goal: Pose2 | None
+    measurements: Sequence[GoalMeasurement]
+    obstacles: Sequence[ArrayLike] | None
+
+
 class Perception:
     """Turns what `step` is given into what is known, with the filter of the goal's detections."""
 
@@ -37,25 +48,18 @@ class Perception:
         self._filter.reset()
 
     def updated(
-        self,
-        s: W,
-        measured: VehicleState,
-        now: float,
-        goal: Pose2 | None,
-        obstacles: Sequence[ArrayLike] | None,
-        *,
-        path: ReferencePath,
-        part: PathPart,
-        holds: bool,
+        self, s: W, given: StepInputs, *, path: ReferencePath, part: PathPart, holds: bool
     ) -> tuple[W, tuple[str, ...]]:
         """With the usable inputs, and remarks on the others.
 
         `path`: that is driven, and its `part`; `holds`: the vehicle is held at its dock.
         """
         config, last = self._config, s.vehicle
-        clock, clock_remark = inputs.timed(s.clock, now, config)
-        area = inputs.surroundings_in(s.area, obstacles, clock.now)
-        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
+        clock, clock_remark = inputs.timed(s.clock, given.now, config)
+        area = inputs.surroundings_in(s.area, given.obstacles, clock.now)
+        monitor = validate_measurement(
+            last.monitor, given.measured, s.queue, clock.now, config, last.disturbance
+        )
         records, answer = actuators.compare_actuators(s, monitor, config)
         corrected = ""
         if answer != last.actuators:
@@ -82,7 +86,7 @@ class Perception:
             records=records,
             motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance, config),
         )
-        known_goal, another = inputs.goal_in(goal, s.goal, path, area, config)
+        known_goal, another = inputs.goal_in(given.goal, s.goal, path, area, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
         s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)

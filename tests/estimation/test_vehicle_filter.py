@@ -10,7 +10,7 @@ import pytest
 
 from estimation import MeasurementNoise
 from estimation.types import Array
-from estimation.vehicle_filter import filtered
+from estimation.vehicle_filter import Elapsed, filtered
 from geometry import wrap
 
 CYCLE, WHEELBASE, CURVATURE = 0.05, 2.875, 0.24
@@ -61,10 +61,8 @@ class Watch:
         follows = driven(self.measured, acceleration, steering_rate)
         expected = driven(self.state, acceleration, steering_rate)
         self.measured = self.seen()
-        gained = CYCLE * acceleration
-        self.state, self.known = filtered(
-            self.known, self.measured, follows, expected, CYCLE, gained, CURVATURE
-        )
+        since = Elapsed(CYCLE, CYCLE * acceleration, CURVATURE)
+        self.state, self.known = filtered(self.known, self.measured, follows, expected, since)
         self.errors.append((self.state - self.true)[:5])
         self.measured_errors.append((self.measured - self.true)[:5])
 
@@ -110,9 +108,9 @@ def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     random = np.random.default_rng(5)
     one.known = other.known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
     follows, expected, measured = (start() + 0.01 * random.standard_normal(6) for _ in range(3))
-    given = CYCLE, 0.01, CURVATURE
-    plain, known = filtered(one.known, measured, follows, expected, *given)
-    rotated, also = filtered(other.known, turned(measured), turned(follows), turned(expected), *given)
+    since = Elapsed(CYCLE, 0.01, CURVATURE)
+    plain, known = filtered(one.known, measured, follows, expected, since)
+    rotated, also = filtered(other.known, turned(measured), turned(follows), turned(expected), since)
     assert rotated[:2] == pytest.approx(rotation @ plain[:2], abs=1e-12)
     assert wrap(float(rotated[2] - plain[2]) - turn) == pytest.approx(0.0, abs=1e-12)
     assert also.residual == pytest.approx(known.residual, abs=1e-12)

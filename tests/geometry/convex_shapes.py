@@ -43,7 +43,7 @@ def as_geometry(shape: Array) -> shapely.Geometry:
 def between(a: Array, b: Array) -> Array:
     """What is found of two shapes: distance, normal and witnesses (WITNESS,)."""
     found = np.empty(WITNESS)
-    distance_between(a, 0, len(a), b, 0, len(b), inf, found)
+    distance_between(a, b, inf, found)
     return found
 
 

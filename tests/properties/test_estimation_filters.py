@@ -19,7 +19,7 @@ from estimation import (
     PoseHistory,
 )
 from estimation.disturbance import Motion, first_estimate, updated
-from estimation.vehicle_filter import QUANTITIES, filtered
+from estimation.vehicle_filter import QUANTITIES, Elapsed, filtered
 from geometry import Pose2, wrap
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -131,7 +131,7 @@ def test_a_state_is_between_what_is_measured_and_what_is_expected_and_near_what_
     measured = np.array([1.0, 2.0, 0.0, 1.0, 0.1, 0.0])
     expected = measured + np.array([*off, 0.0])
     noise = MeasurementNoise(variance=np.full(QUANTITIES, variance), pairs=run, run=run)
-    state, known = filtered(noise, measured, measured, expected, seconds, 0.0, 0.2)
+    state, known = filtered(noise, measured, measured, expected, Elapsed(seconds, 0.0, 0.2))
     change = (state - measured)[:5]
     assert (change * np.array(off) >= -1e-15).all()
     assert (np.abs(change) <= np.abs(off) + 1e-12).all()

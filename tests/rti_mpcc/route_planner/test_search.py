@@ -16,7 +16,7 @@ from geometry import Area
 from geometry.shape_grid import Body
 from rti_mpcc.config import ControllerConfig, RoutePlanner
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
-from rti_mpcc.route_planner.tree import EMPTY, pop, push, slot_of
+from rti_mpcc.route_planner.tree import EMPTY, Heap, pop, push, slot_of
 
 Made = TypeVar("Made")
 AREA = Area(obstacles=[[(2.0, -1.0), (4.0, -1.0), (4.0, 3.0), (2.0, 3.0)]])
@@ -24,19 +24,17 @@ AREA = Area(obstacles=[[(2.0, -1.0), (4.0, -1.0), (4.0, 3.0), (2.0, 3.0)]])
 
 def test_the_heap_gives_the_least_first() -> None:
     rng = np.random.default_rng(3)
-    priority, member, size = np.empty(500), np.empty(500, np.int64), 0
+    heap = Heap(np.empty(500), np.empty(500, np.int64), np.zeros(1, np.int64))
     reference: list[float] = []
     for k in range(400):
         if reference and rng.random() < 0.4:
-            assert priority[0] == heapq.heappop(reference)
-            size = pop(priority, member, size)
+            assert pop(heap)[1] == heapq.heappop(reference)
         value = float(rng.random())
         heapq.heappush(reference, value)
-        size = push(priority, member, size, value, k)
+        push(heap, value, k)
     while reference:
-        assert priority[0] == heapq.heappop(reference)
-        size = pop(priority, member, size)
-    assert size == 0
+        assert pop(heap)[1] == heapq.heappop(reference)
+    assert heap.size[0] == 0
 
 
 def test_the_table_finds_what_was_entered() -> None:
