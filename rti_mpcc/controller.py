@@ -28,7 +28,7 @@ from rti_mpcc.ocp.corridor_rows import (
 )
 from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
-from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import PlanStages, distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
@@ -38,6 +38,8 @@ from rti_mpcc.qp.filling import (
     CRUISE_UNIT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
+    FillOptions,
+    HorizonProblem,
     empty_values,
     fill,
     fill_corridor_bounds,
@@ -160,6 +162,7 @@ class RtiMpcc:
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
+        stages = PlanStages(states, controls, lengths)
         theta = states[:, THETA].copy()
 
         weights = objective.weights(config, target, theta, lengths)
@@ -203,23 +206,20 @@ class RtiMpcc:
         end = FIXED_END
         if weights.time > 0.0:
             latest = objective.latest - at
-            end = end_time(states, controls, step.state, lengths, weights, wheelbase, config.comfort, latest)
+            end = end_time(stages, step.state, weights, config.comfort, wheelbase, latest)
         cruises = config.arrival and objective.kind is Objective.CONTOURING
         unit = CRUISE_UNIT if cruises else 1.0
-        fill(
-            values, pattern, cost, step, bounds, rows or NO_ROWS, end, states, controls, lengths,
-            weights.slack, weights.scale, damping, IDLE_WEIGHT, unit, ROW_SCALING_FROM, steps.row_scaling,
-        )  # fmt: skip
+        problem = HorizonProblem(stages, cost, step, bounds, rows or NO_ROWS, end)
+        scaling = unit, ROW_SCALING_FROM, steps.row_scaling
+        options = FillOptions(weights.slack, weights.scale, damping, IDLE_WEIGHT, *scaling)
+        fill(values, pattern, problem, options)
         if last is not None and len(last.dual) == len(values.lower):
-            grown = weights.scale / last.weights.scale
-            slots = values.cost, pattern.hessians, pattern.dynamics_rows
-            fill_curvature(*slots, states, step.state, last.dual, grown)
+            fill_curvature(values, pattern, problem, last.dual, weights.scale / last.weights.scale)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
             frame=frame,
-            states=states,
-            lengths=lengths,
+            stages=stages,
             weights=weights,
             damping=damping,
             rows=rows,
@@ -255,9 +255,9 @@ class RtiMpcc:
         linear = self._linearisation
         assert linear is not None
         measured = linear.frame.states_in(state[None])[0]
-        measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
+        measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
         measured[THETA] = min(measured[THETA], self.target.farthest)
-        change = measured - linear.states[0]
+        change = measured - linear.stages.states[0]
         fill_initial(self._values, self._pattern, change)
         if self._admit(measured, change, linear):
             patience = max(patience, PATIENCE)
@@ -308,12 +308,8 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
         """
-        values, pattern, comfort = self._values, self._pattern, self.config.comfort
-        far_out = fill_motion_bounds(
-            values.lower, values.upper, values.row_scaling, pattern.bound_rows, pattern.bound_units,
-            measured, linear.states, linear.lengths, linear.bounds.states, linear.bounds.controls,
-            comfort.acceleration, comfort.steering_rate,
-        )  # fmt: skip
+        values, pattern, stages = self._values, self._pattern, linear.stages
+        far_out = fill_motion_bounds(values, pattern, stages, linear.bounds, measured, self.config.comfort)
         if linear.rows is None or linear.drift is None:
             return far_out
         margin = self.config.clearance.wanted
@@ -326,8 +322,8 @@ class RtiMpcc:
         bounds = relaxed_bounds(
             linear.rows.lower,
             missing,
-            np.add.accumulate(linear.lengths),
-            distances(linear.states)[1:],
+            np.add.accumulate(stages.lengths),
+            distances(stages.states)[1:],
             self._trails,
             margin,
             CONTACT_TOLERANCE,
@@ -356,10 +352,11 @@ class RtiMpcc:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
         else:
             change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
-        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
+        states = linear.frame.states_out(linear.stages.states + change[pattern.state_columns])
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
-            later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
+            longer = float(change[pattern.time_column[0]])
+            later = stretched_times(float(times[0]), linear.stages.lengths, longer)
             controls[:, THETA_DOT] *= (times[1:] - times[:-1]) / (later[1:] - later[:-1])
             times = later
         slack = np.maximum(change[pattern.slack_columns], 0.0)

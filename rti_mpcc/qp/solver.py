@@ -74,8 +74,8 @@ class Steps(NamedTuple):
 WARM = Steps(rho=3.0, over_relaxation=1.0, fine=True, row_scaling=ROW_SCALING_MOST)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
-its guess takes 3. Few of these take so many that OSQP adapts rho: with its 0.1 bounds were kept only as exactly
-as the tolerance asks for (docs/decisions, 4)."""
+its guess takes 3. Few of these take so many that OSQP adapts rho: with its 0.1 bounds were kept only as
+exactly as the tolerance asks for (docs/decisions, 4)."""
 COLD = Steps(rho=1.0)
 """From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
 the fewest with a larger first step."""

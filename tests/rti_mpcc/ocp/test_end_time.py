@@ -15,7 +15,7 @@ from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.model.bicycle import linearised_step, rollout
 from rti_mpcc.model.layout import A, V
 from rti_mpcc.ocp.end_time import LEAST_TIME, EndTime, end_time
-from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import PlanStages, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, StageWeights, arrival_weights
 from rti_mpcc.ocp.targets import path_end
 from rti_mpcc.types import Array
@@ -37,8 +37,8 @@ def found(seconds: float, latest: float = inf) -> tuple[EndTime, Array]:
     lengths = stage_lengths(seconds, FIRST, N)
     states = rollout(STATE, CONTROLS, lengths, WHEELBASE)
     reached = linearised_step(states, CONTROLS, lengths, WHEELBASE).state
-    of_plan = states, CONTROLS, reached, lengths
-    return end_time(*of_plan, weighted(lengths), WHEELBASE, CONFIG.comfort, latest), states
+    stages = PlanStages(states, CONTROLS, lengths)
+    return end_time(stages, reached, weighted(lengths), CONFIG.comfort, WHEELBASE, latest), states
 
 
 def test_a_stage_is_left_later_where_it_is_longer() -> None:
