@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from math import inf
 from time import perf_counter
 
 import numpy as np
@@ -21,6 +21,8 @@ from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     NO_ROWS,
     CorridorRows,
+    Deficit,
+    Trailing,
     corridor_rows,
     free_response,
     margin_deficit,
@@ -32,7 +34,7 @@ from rti_mpcc.ocp.horizon import PlanStages, distances, read_only, resample, sta
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
-from rti_mpcc.ocp.stage_cost import add_residual, quadratic_cost
+from rti_mpcc.ocp.stage_cost import add_goal, add_residual, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     CRUISE_UNIT,
@@ -82,7 +84,8 @@ class RtiMpcc:
         self.config = config
         self._corridor = corridor
         self._body = body_of(config.vehicle, PIECES)
-        self._trails = self._body.trailing(part.direction)
+        behind = config.vehicle.rear if part.direction > 0 else config.vehicle.front
+        self._trails = Trailing(self._body.trailing(part.direction), behind)
         self._last: Solution | None = None
         self.side_clearance: SideClearance | None = None
         self.target = path_end(part)
@@ -170,34 +173,25 @@ class RtiMpcc:
         if weights.follows_path:
             reference = frame.reference_in(objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
-        goal, wheels, index = frame.pose_in(target.pose), target.wheels or 0.0, self.index
         here = Linearised(
-            shifted.states, states, controls, lengths, errors, weights, self._corridor, index, config
+            shifted.states, states, controls, lengths, errors, weights, self._corridor, self.index, config
         )
-        terms = partial(objective.add_terms, here)
-        cost = quadratic_cost(
-            states, controls, weights, errors, goal, wheelbase, config.comfort, wheels=wheels, terms=terms
-        )
+        cost = quadratic_cost(states, controls, weights, errors, config.comfort, wheelbase)
+        objective.add_terms(here, cost.state_hessian, cost.state_gradient)
+        add_goal(cost, weights, states[-1], frame.pose_in(target.pose), target.wheels or 0.0)
         for term in config.objective.terms:
             add_residual(cost, term.residual(here))
         step = linearised_step(states, controls, lengths, wheelbase)
-        along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
+        along_path, change = objective.along_path, None
         if before is not None:
             # A plan whose end is free takes the time that the wheels need.
             at_first = first and weights.time == 0.0
             pressed = at_first if last is None else self._pressed(last, states[0])
-            change = Change(before, states[:-1, V], controls, lengths, rests, pressed)
-        bounds = stage_bounds(
-            config,
-            target,
-            self.part.direction,
-            theta,
-            ends=objective.ends,
-            turns=not along_path,
-            disturbance=disturbance,
-            most=self._speeds(shifted) if along_path else None,
-            change=change,
-        )
+            left = target.theta - float(theta[0]) if objective.kind is Objective.ARRIVAL else inf
+            change = Change(before, stages, left, pressed)
+        direction, most = (self.part.direction, self._speeds(shifted)) if along_path else (0, None)
+        farthest = target.farthest if objective.ends else inf
+        bounds = stage_bounds(config, direction, farthest, most, disturbance, change)
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
@@ -317,19 +311,11 @@ class RtiMpcc:
         if not missing.any():
             return far_out
         lack = missing[0].max(axis=0)
-        spare = margin - self.config.planned_minimum
-        vehicle, direction = self.config.vehicle, self.part.direction
+        most = np.minimum(np.maximum(lack, margin - self.config.planned_minimum), margin)
+        deficit = Deficit(margin, missing, most, np.maximum(lack - margin, 0.0))
+        elapsed, travelled = np.add.accumulate(stages.lengths), distances(stages.states)[1:]
         bounds = relaxed_bounds(
-            linear.rows.lower,
-            missing,
-            np.add.accumulate(stages.lengths),
-            distances(stages.states)[1:],
-            self._trails,
-            margin,
-            CONTACT_TOLERANCE,
-            np.minimum(np.maximum(lack, spare), margin),
-            np.maximum(lack - margin, 0.0),
-            vehicle.rear if direction > 0 else vehicle.front,
+            linear.rows.lower, deficit, elapsed, travelled, self._trails, CONTACT_TOLERANCE
         )
         fill_corridor_bounds(values, pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin

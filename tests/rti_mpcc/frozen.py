@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,10 +32,10 @@ from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
 from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.ocp.stage_contacts import NEAR
-from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
+from rti_mpcc.ocp.stage_cost import QuadraticCost, add_goal, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.paper import PaperObjective
-from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
+from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms, add_weight_slopes
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
@@ -363,7 +362,7 @@ def _freeze(
     measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
     measured[THETA] = min(measured[THETA], target.farthest)
     theta = linear.stages.states[:, THETA]
-    bounds = stage_bounds(config, target, mpcc.part.direction, theta)
+    bounds = stage_bounds(config, mpcc.part.direction, target.farthest)
     objective = config.objective.on_horizon(options.get("objective", CONTOURING))
     objective.bound(bounds, target, theta, mpcc.part.direction, config)
     planes, walls = None, None
@@ -409,18 +408,19 @@ def modelled(
 ) -> QuadraticCost:
     """The model of the cost about states (N+1, 6), controls (N, 3), as the package makes it."""
     errors, wheelbase = frenet_errors(states, reference, part.direction), config.vehicle.wheelbase
-    terms = None
+    cost = quadratic_cost(states, controls, weights, errors, config.comfort, wheelbase)
     if isinstance(weights, PaperWeights):
-        terms = partial(
-            add_paper_terms, states, controls, errors, weights, soft_walls(walls, states), wheelbase
-        )
-    return quadratic_cost(states, controls, weights, errors, goal, wheelbase, config.comfort, terms=terms)
+        near = soft_walls(walls, states)
+        add_paper_terms(states, weights, near, wheelbase, cost.state_hessian, cost.state_gradient)
+        add_weight_slopes(errors, controls, near, weights, cost.state_gradient)
+    add_goal(cost, weights, states[-1], goal)
+    return cost
 
 
-def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls | None:
+def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls:
     """The half-planes of the rear axle at `states` (n, 6) as the cost takes them."""
     if walls is None:
-        return None
+        return SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
     distance = np.ascontiguousarray(walls.at(states).apart[:, 0, :2])
     return SoftWalls(distance=distance, normal=np.ascontiguousarray(walls.normal[:, 0, :2]))
 
