@@ -10,7 +10,7 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Ride
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.course.guess import arrival_guess
+from rti_mpcc.course.guess import Course, arrival_guess
 from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.model.bicycle import linearised_step, rollout
 from rti_mpcc.model.layout import A, V
@@ -86,7 +86,7 @@ def arrived(ride: Ride, distance: float, speed: float, share: float) -> tuple[fl
     seconds = share * in_closed_form(config, distance, speed)
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     profile = speed_profile_of(part, config)
-    guess = arrival_guess(part, path_end(part), state, times, distance, profile, config)
+    guess = arrival_guess(Course(part, path_end(part)), state, times, distance, profile, config)
     for k in range(20):
         plan = guess if k == 0 else None
         mpcc.prepare(0.0, plan=plan, objective=ArrivalAtRest(), damping=1e-4, before=0.0)
