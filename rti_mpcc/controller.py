@@ -208,7 +208,8 @@ class RtiMpcc:
         options = FillOptions(weights.slack, weights.scale, damping, IDLE_WEIGHT, *scaling)
         fill(values, pattern, problem, options)
         if last is not None and len(last.dual) == len(values.lower):
-            fill_curvature(values, pattern, problem, last.dual, weights.scale / last.weights.scale)
+            grown, back = weights.scale / last.weights.scale, states[:-1, :PHI] - step.state[:, :PHI]
+            fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, last.dual, grown)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -303,7 +304,8 @@ class RtiMpcc:
         the corridor's margin by more than `FAR_SHARE` of it.
         """
         values, pattern, stages = self._values, self._pattern, linear.stages
-        far_out = fill_motion_bounds(values, pattern, stages, linear.bounds, measured, self.config.comfort)
+        bound_rows, comfort = (pattern.bound_rows, pattern.bound_units), self.config.comfort
+        far_out = fill_motion_bounds(values, bound_rows, stages, linear.bounds, measured, comfort)
         if linear.rows is None or linear.drift is None:
             return far_out
         margin = self.config.clearance.wanted

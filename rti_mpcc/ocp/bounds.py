@@ -20,11 +20,11 @@ is far faster than it may be.
 from __future__ import annotations
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out1, Out3, inner, kernel
+from geometry.compiled import Array1, Out1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA_DOT, A, V
@@ -39,6 +39,9 @@ FAR_SPEED = 1.1
 TURNING_SHARE = 0.99
 """Of a steering rate beyond comfort that the last plan had, which the next one may have there, (J3). Less
 than 1: what the solver is off by is not to add up."""
+
+
+_Others: TypeAlias = tuple[float, float, float, float]
 
 
 class StageBounds(NamedTuple):
@@ -86,13 +89,13 @@ def stage_bounds(
     """
     limits, acting_steering = config.limits, disturbance.acting_steering
     d, most_acceleration = disturbance.acceleration, disturbance.gain * limits.acceleration
-    faster = 1.0 if change is None else _faster(change, config)
+    faster = 1.0 if change is None or change.left == inf else _faster(change, config)
     planned = faster**2 * config.planned_acceleration
     steering_rate = limits.steering_rate * disturbance.rate_share
     low = acting_steering(-limits.steering), -inf, max(d - most_acceleration, -planned), -steering_rate
     high = acting_steering(limits.steering), farthest, min(d + most_acceleration, planned), steering_rate
     most = np.full(config.stages, limits.speed) if most is None else np.minimum(limits.speed, most)
-    bounds = _stage_bounds(direction, most, np.array((low, high)))
+    bounds = _stage_bounds(direction, most, (low, high))
     if change is not None:
         jerk, far = faster**3 * config.comfort.jerk, FAR_SPEED * limits.speed
         _bound_change(
@@ -113,7 +116,7 @@ def _faster(change: Change, config: ControllerConfig) -> float:
 
 
 @kernel
-def _stage_bounds(direction: int, most: Array1, others: Array2) -> StageBounds:
+def _stage_bounds(direction: int, most: Array1, others: tuple[_Others, _Others]) -> StageBounds:
     """`most` (N,) is the highest speed; `others`: lower and upper bounds of delta, theta, a, delta_dot."""
     states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
     for k in range(len(most)):
@@ -122,8 +125,7 @@ def _stage_bounds(direction: int, most: Array1, others: Array2) -> StageBounds:
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction >= 0 else (-speed, back)
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
         for side in range(2):
-            states[k, side, 1], states[k, side, 2] = others[side, 0], others[side, 1]
-            controls[k, side, 0], controls[k, side, 1] = others[side, 2], others[side, 3]
+            states[k, side, 1], states[k, side, 2], controls[k, side, 0], controls[k, side, 1] = others[side]
     return StageBounds(states, controls, np.zeros(len(most)))
 
 

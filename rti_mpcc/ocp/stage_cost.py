@@ -88,7 +88,7 @@ def quadratic_cost(
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
     if errors is not None:
-        on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
+        on_errors = np.array((weights.lag, weights.contouring, weights.heading))
         _add_errors(*errors, on_errors, hessian, gradient)
     beyond = weights.comfort
     _add_lateral_excess(
@@ -110,8 +110,9 @@ def add_goal(
         wheels: angle that the wheels are to have there, where a weight is on it [rad].
     """
     clip = GOAL_CLIP if weights.goal_clipped else (np.inf, np.inf)
-    at_end = np.array((*weights.goal, weights.goal_speed, weights.goal_wheels))
-    _add_goal(last, np.array((*goal, 0.0, wheels)), at_end, clip, cost.state_hessian, cost.state_gradient)
+    on_end = np.array((*weights.goal.tolist(), weights.goal_speed, weights.goal_wheels))
+    end = np.array((*goal.tolist(), 0.0, wheels))
+    _add_goal(last, end, on_end, clip, cost.state_hessian, cost.state_gradient)
 
 
 @inner

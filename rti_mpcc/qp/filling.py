@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Out1, inner, kernel
+from geometry.compiled import Array1, Array2, Index2, Index3, Out1, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
@@ -170,7 +170,7 @@ def _fill_cost(values: QpValues, pattern: QpPattern, cost: QuadraticCost, option
 
 @kernel
 def fill_curvature(
-    values: QpValues, pattern: QpPattern, problem: HorizonProblem, dual: Array1, scale: float
+    cost: Out1, hessians: Index2, dynamics_rows: Index2, back: Array2, dual: Array1, scale: float
 ) -> None:
     """Add the dynamics' own curvature in the heading to P, after `fill` (docs/method.md).
 
@@ -183,15 +183,16 @@ def fill_curvature(
     left out, so P stays positive semi-definite. It moves no fixed point.
 
     Args:
+        cost: of the `QpValues`; hessians, dynamics_rows: of the `QpPattern`.
+        back: (N, 2) from the end of each stage to its begin, in x and y.
         dual: (m,) multipliers of the last QP, scaled units.
         scale: cost scale of this QP over that of the last.
     """
-    states, reached = problem.stages.states, problem.step.state
-    for k in range(len(reached)):
-        rows = pattern.dynamics_rows[k + 1]
-        bulge = dual[rows[X]] * (states[k, X] - reached[k, X]) / STATE_UNITS[X]
-        bulge += dual[rows[Y]] * (states[k, Y] - reached[k, Y]) / STATE_UNITS[Y]
-        values.cost[pattern.hessians[k, _HEADING]] += scale * STATE_UNITS[PHI] ** 2 * max(bulge, 0.0)
+    for k in range(len(back)):
+        rows = dynamics_rows[k + 1]
+        bulge = dual[rows[X]] * back[k, X] / STATE_UNITS[X]
+        bulge += dual[rows[Y]] * back[k, Y] / STATE_UNITS[Y]
+        cost[hessians[k, _HEADING]] += scale * STATE_UNITS[PHI] ** 2 * max(bulge, 0.0)
 
 
 @inner
@@ -285,23 +286,24 @@ def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> 
 
 @kernel
 def fill_motion_bounds(
-    values: QpValues, pattern: QpPattern, stages: PlanStages, bounds: StageBounds, measured: Array1,
-    comfort: Comfort,
+    values: QpValues, bound_rows: tuple[Index3, Array2], stages: PlanStages, bounds: StageBounds,
+    measured: Array1, comfort: Comfort,
 ) -> bool:  # fmt: skip
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,), and bounds on the
     acceleration, need it.
 
     Args:
+        bound_rows: with their `bound_units`, of the `QpPattern`: all of it would take too long to hand over.
         stages, bounds: of the problem that was filled last.
         comfort: with which v and delta must return: just outside a limit, at rest say, more would be a jerk.
 
     Returns whether it is by more than the first stage can give back.
     """
-    far_out, lower, upper = False, values.lower, values.upper
+    far_out, lower, upper, (all_rows, units) = False, values.lower, values.upper, bound_rows
     for column in range(2):
         quantity, most = (V, comfort.acceleration) if column == 0 else (DELTA, comfort.steering_rate)
         least, highest = measured[quantity], measured[quantity]
-        rows = pattern.bound_rows[0, :, column]
+        rows = all_rows[0, :, column]
         low, high = lower[rows[0]], upper[rows[0]]
         for k in range(len(rows)):
             # As far as comfort and the control's own bounds bring it down, and up.
@@ -309,7 +311,7 @@ def fill_motion_bounds(
             highest += min(bounds.controls[k, 1, column], most) * stages.lengths[k]
             if least <= bounds.states[k, 1, column] and highest >= bounds.states[k, 0, column]:
                 continue
-            unit = pattern.bound_units[0, column] * values.row_scaling[rows[k]]
+            unit = units[0, column] * values.row_scaling[rows[k]]
             about = stages.states[k + 1, quantity]
             upper[rows[k]] = max(upper[rows[k]], (least - about) / unit)
             lower[rows[k]] = min(lower[rows[k]], (highest - about) / unit)

@@ -193,7 +193,8 @@ class FrozenProblem:
         problem = HorizonProblem(stages, cost, step, self.bounds, rows or NO_ROWS, end)
         of_cost, scaling = (self.weights.slack, self.weights.scale), (1.0, ROW_SCALING_FROM, ROW_SCALING_MOST)
         fill(values, pattern, problem, FillOptions(*of_cost, self.damping, IDLE_WEIGHT, *scaling))
-        fill_curvature(values, pattern, problem, dual, 1.0)
+        back = states[:-1, :PHI] - step.state[:, :PHI]
+        fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, dual, 1.0)
         fill_initial(values, pattern, self.measured - states[0])
 
     def stretched(self, change: float) -> FrozenProblem:
