@@ -31,6 +31,7 @@ PHASES: dict[str, tuple[str, ...]] = {
         "rti_mpcc.ocp.objectives.ArrivalAtRest.weights",
         "rti_mpcc.controller.frenet_errors",
         "rti_mpcc.controller.quadratic_cost",
+        "rti_mpcc.controller.add_goal",
         "rti_mpcc.controller.stage_bounds",
     ),
     "linearisation": ("rti_mpcc.controller.linearised_step",),

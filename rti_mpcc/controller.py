@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from math import inf
 from time import perf_counter
 
 import numpy as np
@@ -21,6 +21,8 @@ from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     NO_ROWS,
     CorridorRows,
+    Deficit,
+    Trailing,
     corridor_rows,
     free_response,
     margin_deficit,
@@ -28,16 +30,18 @@ from rti_mpcc.ocp.corridor_rows import (
 )
 from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
-from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import PlanStages, distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
-from rti_mpcc.ocp.stage_cost import add_residual, quadratic_cost
+from rti_mpcc.ocp.stage_cost import add_goal, add_residual, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     CRUISE_UNIT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
+    FillOptions,
+    HorizonProblem,
     empty_values,
     fill,
     fill_corridor_bounds,
@@ -80,7 +84,8 @@ class RtiMpcc:
         self.config = config
         self._corridor = corridor
         self._body = body_of(config.vehicle, PIECES)
-        self._trails = self._body.trailing(part.direction)
+        behind = config.vehicle.rear if part.direction > 0 else config.vehicle.front
+        self._trails = Trailing(self._body.trailing(part.direction), behind)
         self._last: Solution | None = None
         self.side_clearance: SideClearance | None = None
         self.target = path_end(part)
@@ -160,6 +165,7 @@ class RtiMpcc:
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
+        stages = PlanStages(states, controls, lengths)
         theta = states[:, THETA].copy()
 
         weights = objective.weights(config, target, theta, lengths)
@@ -167,34 +173,25 @@ class RtiMpcc:
         if weights.follows_path:
             reference = frame.reference_in(objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
-        goal, wheels, index = frame.pose_in(target.pose), target.wheels or 0.0, self.index
         here = Linearised(
-            shifted.states, states, controls, lengths, errors, weights, self._corridor, index, config
+            shifted.states, states, controls, lengths, errors, weights, self._corridor, self.index, config
         )
-        terms = partial(objective.add_terms, here)
-        cost = quadratic_cost(
-            states, controls, weights, errors, goal, wheelbase, config.comfort, wheels=wheels, terms=terms
-        )
+        cost = quadratic_cost(states, controls, weights, errors, config.comfort, wheelbase)
+        objective.add_terms(here, cost.state_hessian, cost.state_gradient)
+        add_goal(cost, weights, states[-1], frame.pose_in(target.pose), target.wheels or 0.0)
         for term in config.objective.terms:
             add_residual(cost, term.residual(here))
         step = linearised_step(states, controls, lengths, wheelbase)
-        along_path, rests, change = objective.along_path, objective.kind is Objective.ARRIVAL, None
+        along_path, change = objective.along_path, None
         if before is not None:
             # A plan whose end is free takes the time that the wheels need.
             at_first = first and weights.time == 0.0
             pressed = at_first if last is None else self._pressed(last, states[0])
-            change = Change(before, states[:-1, V], controls, lengths, rests, pressed)
-        bounds = stage_bounds(
-            config,
-            target,
-            self.part.direction,
-            theta,
-            ends=objective.ends,
-            turns=not along_path,
-            disturbance=disturbance,
-            most=self._speeds(shifted) if along_path else None,
-            change=change,
-        )
+            left = target.theta - float(theta[0]) if objective.kind is Objective.ARRIVAL else inf
+            change = Change(before, stages, left, pressed)
+        direction, most = (self.part.direction, self._speeds(shifted)) if along_path else (0, None)
+        farthest = target.farthest if objective.ends else inf
+        bounds = stage_bounds(config, direction, farthest, most, disturbance, change)
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
@@ -203,23 +200,21 @@ class RtiMpcc:
         end = FIXED_END
         if weights.time > 0.0:
             latest = objective.latest - at
-            end = end_time(states, controls, step.state, lengths, weights, wheelbase, config.comfort, latest)
+            end = end_time(stages, step.state, weights, config.comfort, wheelbase, latest)
         cruises = config.arrival and objective.kind is Objective.CONTOURING
         unit = CRUISE_UNIT if cruises else 1.0
-        fill(
-            values, pattern, cost, step, bounds, rows or NO_ROWS, end, states, controls, lengths,
-            weights.slack, weights.scale, damping, IDLE_WEIGHT, unit, ROW_SCALING_FROM, steps.row_scaling,
-        )  # fmt: skip
+        problem = HorizonProblem(stages, cost, step, bounds, rows or NO_ROWS, end)
+        scaling = unit, ROW_SCALING_FROM, steps.row_scaling
+        options = FillOptions(weights.slack, weights.scale, damping, IDLE_WEIGHT, *scaling)
+        fill(values, pattern, problem, options)
         if last is not None and len(last.dual) == len(values.lower):
-            grown = weights.scale / last.weights.scale
-            slots = values.cost, pattern.hessians, pattern.dynamics_rows
-            fill_curvature(*slots, states, step.state, last.dual, grown)
+            grown, back = weights.scale / last.weights.scale, states[:-1, :PHI] - step.state[:, :PHI]
+            fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, last.dual, grown)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
             frame=frame,
-            states=states,
-            lengths=lengths,
+            stages=stages,
             weights=weights,
             damping=damping,
             rows=rows,
@@ -255,9 +250,9 @@ class RtiMpcc:
         linear = self._linearisation
         assert linear is not None
         measured = linear.frame.states_in(state[None])[0]
-        measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
+        measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
         measured[THETA] = min(measured[THETA], self.target.farthest)
-        change = measured - linear.states[0]
+        change = measured - linear.stages.states[0]
         fill_initial(self._values, self._pattern, change)
         if self._admit(measured, change, linear):
             patience = max(patience, PATIENCE)
@@ -308,12 +303,9 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `FAR_SHARE` of it.
         """
-        values, pattern, comfort = self._values, self._pattern, self.config.comfort
-        far_out = fill_motion_bounds(
-            values.lower, values.upper, values.row_scaling, pattern.bound_rows, pattern.bound_units,
-            measured, linear.states, linear.lengths, linear.bounds.states, linear.bounds.controls,
-            comfort.acceleration, comfort.steering_rate,
-        )  # fmt: skip
+        values, pattern, stages = self._values, self._pattern, linear.stages
+        bound_rows, comfort = (pattern.bound_rows, pattern.bound_units), self.config.comfort
+        far_out = fill_motion_bounds(values, bound_rows, stages, linear.bounds, measured, comfort)
         if linear.rows is None or linear.drift is None:
             return far_out
         margin = self.config.clearance.wanted
@@ -321,19 +313,11 @@ class RtiMpcc:
         if not missing.any():
             return far_out
         lack = missing[0].max(axis=0)
-        spare = margin - self.config.planned_minimum
-        vehicle, direction = self.config.vehicle, self.part.direction
+        most = np.minimum(np.maximum(lack, margin - self.config.planned_minimum), margin)
+        deficit = Deficit(margin, missing, most, np.maximum(lack - margin, 0.0))
+        elapsed, travelled = np.add.accumulate(stages.lengths), distances(stages.states)[1:]
         bounds = relaxed_bounds(
-            linear.rows.lower,
-            missing,
-            np.add.accumulate(linear.lengths),
-            distances(linear.states)[1:],
-            self._trails,
-            margin,
-            CONTACT_TOLERANCE,
-            np.minimum(np.maximum(lack, spare), margin),
-            np.maximum(lack - margin, 0.0),
-            vehicle.rear if direction > 0 else vehicle.front,
+            linear.rows.lower, deficit, elapsed, travelled, self._trails, CONTACT_TOLERANCE
         )
         fill_corridor_bounds(values, pattern, bounds)
         return far_out or float(lack.max()) > FAR_SHARE * margin
@@ -356,10 +340,11 @@ class RtiMpcc:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
         else:
             change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
-        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
+        states = linear.frame.states_out(linear.stages.states + change[pattern.state_columns])
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
-            later = stretched_times(float(times[0]), linear.lengths, float(change[pattern.time_column[0]]))
+            longer = float(change[pattern.time_column[0]])
+            later = stretched_times(float(times[0]), linear.stages.lengths, longer)
             controls[:, THETA_DOT] *= (times[1:] - times[:-1]) / (later[1:] - later[:-1])
             times = later
         slack = np.maximum(change[pattern.slack_columns], 0.0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frenet import LocalFrame
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.qp.solver import AT_LIMIT, Stop
 from rti_mpcc.types import Array, Trajectory
@@ -22,16 +23,15 @@ class Linearisation:
     """The trajectory linearised about, and what acts on it: `prepare` leaves it for `feedback`.
 
     Attributes:
-        trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
-        lengths: (N,) of the stages [s]; damping: see `RtiMpcc.prepare`.
+        trajectory: in the world; frame, stages: the same in local coordinates.
+        damping: see `RtiMpcc.prepare`.
         rows: of the corridor at stages 1..N; drift: see `free_response`; both None where no row acts.
         refused: "" or why the solver refused the numbers; seconds: time that the preparation took.
     """
 
     trajectory: Trajectory
     frame: LocalFrame
-    states: Array
-    lengths: Array
+    stages: PlanStages
     weights: StageWeights
     damping: float
     rows: CorridorRows | None

@@ -17,7 +17,7 @@ _log = logging.getLogger(__name__)
 class Comfort(NamedTuple):
     """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s], [m/s³].
 
-    The jerk is that of the acceleration along the vehicle.
+    The jerk is that of the acceleration along the vehicle. Kernels take it whole (geometry.compiled).
     """
 
     acceleration: float

@@ -11,7 +11,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import collision_check, route_start
 from rti_mpcc.course.collision_check import nearest_object
 from rti_mpcc.course.context import PlanningContext
-from rti_mpcc.course.guess import along_course
+from rti_mpcc.course.guess import Course, along_course
 from rti_mpcc.course.schedule import TARGET_MOVED
 from rti_mpcc.course.transitions import SEEKING, onto_course
 from rti_mpcc.model.layout import POSE, THETA
@@ -75,5 +75,5 @@ def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerC
     if left <= route_start.CHECK_SPACING:
         return driven
     bodies = min(ceil(left / route_start.CHECK_SPACING) + 1, collision_check.MOST_BODIES)
-    ahead = along_course(part, target, state, np.linspace(0.0, left, bodies), config)
+    ahead = along_course(Course(part, target), state, np.linspace(0.0, left, bodies), config)
     return np.concatenate((driven, ahead))

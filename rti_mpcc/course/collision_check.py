@@ -155,9 +155,8 @@ def distance_to_moving(
             continue  # out of reach
         apart = np.minimum(turning * elapsed, swings) + config.clearance.least
         ahead_apart = apart + (speed + turning) * stop
-        _may_collide(
-            body, states, obstacle.checked.hull, obstacle.velocity, elapsed, apart, ahead_apart, near
-        )
+        moved = elapsed[:, None] * obstacle.velocity
+        near |= _may_collide(body, states, obstacle.checked.hull, moved, apart, ahead_apart)
     return float(marks[np.argmax(near)]) if near.any() else inf
 
 
@@ -170,21 +169,15 @@ def _circle_around(states: Array, body: Array) -> tuple[float, float, float]:
 
 @kernel
 def _may_collide(
-    body: Array2,
-    states: Array2,
-    hull: Array2,
-    velocity: Array1,
-    elapsed: Array1,
-    least: Array1,
-    ahead: Array1,
-    near: IndexOut1,
-) -> None:
-    """Equation (S1): set `near` (n,) to 1 where one of the bodies at `states` (n, 6) may meet it: nearer than
-    `least` (n,), or its leading edge nearer than `ahead` (n,) [m]."""
+    body: Array2, states: Array2, hull: Array2, moved: Array2, least: Array1, ahead: Array1
+) -> IndexOut1:
+    """Equation (S1): 1 (n,) where one of the bodies at `states` (n, 6) may meet a hull, `moved` (n, 2) by
+    then: nearer than `least` (n,), or its leading edge nearer than `ahead` (n,) [m]."""
+    near = np.zeros(len(states), dtype=np.int64)
     covered, seen = np.empty((len(hull) + 2, 2)), np.empty((len(hull) + 2, 2))
     edge, witness = np.empty((2, 2)), np.empty(WITNESS)
     for n in range(len(states)):
-        count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
+        count = swept(hull, moved[n, X], moved[n, Y], covered)
         frame = BodyFrame(states[n, X], states[n, Y], cos(states[n, PHI]), sin(states[n, PHI]))
         in_frame(covered, 0, count, frame, seen)
         distance_between(body, seen[:count], inf, witness)
@@ -198,6 +191,7 @@ def _may_collide(
         distance_between(edge, seen[:count], inf, witness)
         if witness[VALUE] <= ahead[n]:
             near[n] = 1
+    return near
 
 
 def object_ahead(

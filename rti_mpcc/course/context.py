@@ -78,9 +78,9 @@ class PlanningContext:
     @property
     def stop_error(self) -> Pose2:
         """The error after braking in comfort from `start_time` on, with the steering held."""
-        state, most = self.state.tolist(), self.config.comfort_acceleration
-        braking, seconds = -copysign(most, state[V]), abs(state[V]) / most
-        x, y, phi, *_ = step_one(braking, 0.0, 0.0, seconds, self.config.vehicle.wheelbase, *state)
+        state, most = tuple(self.state.tolist()), self.config.comfort_acceleration
+        braking, seconds = (-copysign(most, state[V]), 0.0, 0.0), abs(state[V]) / most
+        x, y, phi, *_ = step_one(state, braking, seconds, self.config.vehicle.wheelbase)
         return Pose2(x, y, phi).relative_to(self.target.pose)
 
     def inside(self, error: Pose2, share: float = 1.0) -> bool:

@@ -23,7 +23,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import distance_left
-from rti_mpcc.course.guess import arrival_guess
+from rti_mpcc.course.guess import Course, arrival_guess
 from rti_mpcc.course.speed_profile import ComfortSpeeds, speed_profile_of
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, FIRST_PATIENCE
@@ -207,7 +207,8 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
     (_, state, left, profile), config = cruise, mpcc.config
     ends = _profiled_time(cruise, config)
     times = stage_times(0.0, stage_lengths(ends, config.cycle, config.stages))
-    guess: Trajectory | None = arrival_guess(mpcc.part, target, state, times, left, profile, config)
+    course = Course(mpcc.part, target)
+    guess: Trajectory | None = arrival_guess(course, state, times, left, profile, config)
     damping, steps = FIRST_DAMPING, COLD
     for _ in range(PLANNED_ITERATIONS):
         mpcc.prepare(

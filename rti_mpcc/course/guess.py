@@ -7,11 +7,12 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 from __future__ import annotations
 
 from math import atan, cos, hypot, sin, sqrt, tan
+from typing import NamedTuple
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
-from geometry.compiled import Array1, Out2, inner, kernel
+from geometry.compiled import Array1, Out1, Out2, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.arrival import cubic_motion, profiled_motion
 from rti_mpcc.course.speed_profile import ComfortSpeeds
@@ -28,9 +29,15 @@ ASTRAY = 0.05  # [rad] by which the heading may go astray while the steering tur
 LEAST_STRETCH = 0.2  # beside a bend's inside per distance along the path: not into its centre
 
 
+class Course(NamedTuple):
+    """The part that is driven, and the target on it."""
+
+    part: PathPart
+    target: Target
+
+
 def arrival_guess(
-    part: PathPart,
-    target: Target,
+    course: Course,
     state: Array,
     times: Array,
     distance: float,
@@ -38,7 +45,7 @@ def arrival_guess(
     config: ControllerConfig,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
-    speed = max(part.direction * float(state[V]), 0.0)
+    speed = max(course.part.direction * float(state[V]), 0.0)
     elapsed, theta = times - times[0], float(state[THETA])
     s, rate = cubic_motion(elapsed, distance, speed)
     side = profile.side_clearance
@@ -46,19 +53,18 @@ def arrival_guess(
         # The QP would not let it be so fast: the motion that the time was planned with.
         highest = profile.ahead(theta, distance)
         s, rate = profiled_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
-    return along_path(part, target, state, times, s, rate, config)
+    return along_path(course, state, times, s, rate, config)
 
 
 def cruise_guess(
-    part: PathPart,
-    target: Target,
+    course: Course,
     state: Array,
     times: Array,
     profile: ComfortSpeeds,
     config: ControllerConfig,
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
-    now = max(part.direction * float(state[V]), 0.0)
+    now = max(course.part.direction * float(state[V]), 0.0)
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
@@ -71,9 +77,9 @@ def cruise_guess(
         and (rate > profile.side_clearance.bounds(theta + s, elapsed, now, config)).any()
     ):
         s, rate = _slowed(rate, theta, elapsed, now, profile.side_clearance, config)
-    left = max(target.theta - theta, 0.0)
+    left = max(course.target.theta - theta, 0.0)
     rate = np.where(s < left, rate, 0.0)
-    return along_path(part, target, state, times, np.minimum(s, left), rate, config)
+    return along_path(course, state, times, np.minimum(s, left), rate, config)
 
 
 def _slowed(
@@ -95,8 +101,7 @@ def _slowed(
 
 
 def along_path(
-    part: PathPart,
-    target: Target,
+    course: Course,
     state: Array,
     times: Array,
     s: Array,
@@ -108,11 +113,11 @@ def along_path(
     The vehicle's offset fades out over the first metres, the target's fades in over the last, as cubics whose
     slope is the heading. The guess need not obey the dynamics.
     """
-    lead = _lead_in(part, target, state, times, rate, config)
+    lead = _lead_in(course, state, times, rate, config)
     led = len(lead) - 1
     if led:
         s, rate, state = s[led:] - s[led], rate[led:], lead[-1]
-    states = _faded(part, target, state, s, rate, config)
+    states = _faded(course, state, s, rate, config)
     if led:
         states = np.vstack([lead[:-1], states])
     limits, controls = config.limits, np.empty((len(times) - 1, CONTROLS))
@@ -123,48 +128,42 @@ def along_path(
     return Trajectory(times=times, states=states, controls=controls)
 
 
-def along_course(part: PathPart, target: Target, state: Array, s: Array, config: ControllerConfig) -> Array:
+def along_course(course: Course, state: Array, s: Array, config: ControllerConfig) -> Array:
     """States (n, 6) of the body on the course from `state` (6,) to the target, `s` (n,) [m] further each."""
-    return _faded(part, target, state, s, np.zeros_like(s), config)
+    return _faded(course, state, s, np.zeros_like(s), config)
 
 
-def _faded(
-    part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
-) -> Array:
+def _faded(course: Course, state: Array, s: Array, rate: Array, config: ControllerConfig) -> Array:
     """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
-    theta = state[THETA] + s
-    reference = part.reference(theta)
+    (part, target), theta = course, state[THETA] + s
+    reference, limits = part.reference(theta), config.limits
     here, there = part.pose(float(state[THETA])), part.pose(target.theta)
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
     distance = max(target.theta - float(state[THETA]), 1e-3)
     reach, fade = min(FADE_DISTANCE, distance), min(_fade_length(begin.y), distance)
-    states = np.empty((len(s), STATES))
-    _beside_path(
-        reference.x, reference.y, reference.phi, reference.slope, float(part.direction),
-        s, rate, theta, target.theta, target.stop,
-        (begin.x, begin.y, _slope(begin.phi)), fade,
-        (end.x, end.y, _slope(end.phi)), reach,
-        LEAST_STRETCH, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
-    )  # fmt: skip
+    path = _Samples(reference.x, reference.y, reference.phi, reference.slope, s, theta - target.theta)
+    from_start = _Offset(begin.x, begin.y, _slope(begin.phi), fade)
+    to_end = _Offset(end.x, end.y, _slope(end.phi), reach)
+    states = _beside_path(path, rate, float(part.direction), from_start, to_end, limits.speed)
+    states[:, THETA] = np.minimum(theta, target.stop)
+    _steer(states, s, config.vehicle.wheelbase * part.direction, limits.steering)
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
     return states
 
 
-def _lead_in(
-    part: PathPart, target: Target, state: Array, times: Array, rate: Array, config: ControllerConfig
-) -> Array:
+def _lead_in(course: Course, state: Array, times: Array, rate: Array, config: ControllerConfig) -> Array:
     """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
 
     Else the vehicle leaves the fade before it can follow, and a linearisation about it is worth nothing.
     """
-    d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
-    led: list[tuple[float, ...]] = [tuple(state.tolist())]
+    (part, target), limits, wheelbase = course, config.limits, config.vehicle.wheelbase
+    d, led = part.direction, [(*state.tolist(),)]
     for k, length in enumerate(np.diff(times)[:-1].tolist()):  # the fade needs a stage of its own
         now = led[-1]
         here = Pose2(now[X], now[Y], now[PHI]).relative_to(part.pose(now[THETA]))
-        gap = _fade_steering(part, target, now[THETA], here, config) - now[DELTA]
+        gap = _fade_steering(course, now[THETA], here, config) - now[DELTA]
         astray = abs(now[V]) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
         if astray <= ASTRAY and (k == 0 or abs(gap) <= limits.steering_rate * length):
             break
@@ -172,16 +171,15 @@ def _lead_in(
         a = max(min(a, limits.acceleration), -limits.acceleration)
         turn = max(min(gap / length, limits.steering_rate), -limits.steering_rate)
         along = max(d * now[V] * cos(here.phi), 0.0)
-        *pose, reached = step_one(a, turn, along, length, wheelbase, *now)
+        *pose, reached = step_one(now, (a, turn, along), length, wheelbase)
         led.append((*pose, max(min(reached, target.stop), now[THETA])))
     return np.array(led)
 
 
-def _fade_steering(
-    part: PathPart, target: Target, theta: float, here: Pose2, config: ControllerConfig
-) -> float:
+def _fade_steering(course: Course, theta: float, here: Pose2, config: ControllerConfig) -> float:
     """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
-    d, slope = part.direction, _slope(here.phi)
+    (part, target), slope = course, _slope(here.phi)
+    d = part.direction
     fade = min(_fade_length(here.y), max(target.theta - theta, FADE_DISTANCE))
     bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
     curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
@@ -194,49 +192,59 @@ def _fade_length(offset: float) -> float:
     return max(FADE_DISTANCE, sqrt(6.0 * abs(offset) / FADE_CURVATURE))
 
 
+class _Samples(NamedTuple):
+    """Places along a path, (n,) each: poses [m], [rad], slopes [rad/m], distances from the first one and
+    from the target [m]."""
+
+    x: Out1
+    y: Out1
+    phi: Out1
+    slope: Out1
+    s: Out1
+    beyond: Out1
+
+
+class _Offset(NamedTuple):
+    """Of a pose beside the path: along and across [m], the slope of across, and over how far it fades [m]."""
+
+    along: float
+    across: float
+    slope: float
+    reach: float
+
+
 @kernel
 def _beside_path(
-    x: Array1,
-    y: Array1,
-    phi: Array1,
-    bend: Array1,
-    direction: float,
-    s: Array1,
-    rate: Array1,
-    theta: Array1,
-    target: float,
-    stop: float,
-    begin: tuple[float, float, float],
-    fade: float,
-    end: tuple[float, float, float],
-    reach: float,
-    least_stretch: float,
-    wheelbase: float,
-    most: float,
-    fastest: float,
-    states: Out2,
-) -> None:
-    """Beside the path by what fades of the offsets at the begin and at the end, each along, across and their
-    slope; the steering is that of how the heading turns, `most` at most; a detour is driven at `fastest`."""
+    path: _Samples, rate: Array1, direction: float, begin: _Offset, end: _Offset, fastest: float
+) -> Out2:
+    """Beside the path by what fades of the offsets at the begin and at the end; a detour is driven at
+    `fastest`. Neither steering nor progress."""
+    x, y, phi, bend, s, beyond = path
+    states = np.zeros((len(s), STATES))
     for k in range(len(s)):
-        left, into = 1.0 - s[k] / fade, 1.0 + (theta[k] - target) / reach
-        across_begin, slope_begin = _fade(left, begin[1], -direction * begin[2], fade)
-        across_end, slope_end = _fade(into, end[1], direction * end[2], reach)
-        along = _smooth(left) * begin[0] + _smooth(into) * end[0]
+        left, into = 1.0 - s[k] / begin.reach, 1.0 + beyond[k] / end.reach
+        across_begin, slope_begin = _fade(left, begin.across, -direction * begin.slope, begin.reach)
+        across_end, slope_end = _fade(into, end.across, direction * end.slope, end.reach)
+        along = _smooth(left) * begin.along + _smooth(into) * end.along
         across, slope = across_begin + across_end, slope_end - slope_begin
-        stretch = max(1.0 - direction * bend[k] * across, least_stretch)
+        stretch = max(1.0 - direction * bend[k] * across, LEAST_STRETCH)
         states[k, X] = x[k] + cos(phi[k]) * along - sin(phi[k]) * across
         states[k, Y] = y[k] + sin(phi[k]) * along + cos(phi[k]) * across
         states[k, PHI] = phi[k] + direction * atan(slope / stretch)
         states[k, V] = direction * min(rate[k] * hypot(stretch, slope), max(rate[k], fastest))
-        states[k, THETA] = min(theta[k], stop)
+    return states
+
+
+@kernel
+def _steer(states: Out2, s: Array1, wheelbase: float, most: float) -> None:
+    """Steer as the heading turns, `most` at most; `wheelbase`: negative in reverse."""
     for k in range(len(s)):
         before, behind = max(k - 1, 0), min(k + 1, len(s) - 1)
         stages = behind - before
         turn = (
             (states[behind, PHI] - states[before, PHI]) / stages / max((s[behind] - s[before]) / stages, 1e-6)
         )
-        states[k, DELTA] = min(max(atan(wheelbase * direction * turn), -most), most)
+        states[k, DELTA] = min(max(atan(wheelbase * turn), -most), most)
 
 
 @inner

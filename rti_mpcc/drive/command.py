@@ -163,16 +163,15 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
     if disturbance == UNDISTURBED:
         return plan
     states, controls = plan.states.copy(), plan.controls.copy()
-    _turn_back(*disturbance, plan.times, states, controls)
+    _turn_back(disturbance, plan.times, states, controls)
     read_only(states, controls)
     return Trajectory(times=plan.times, states=states, controls=controls)
 
 
 @kernel
-def _turn_back(
-    d: float, o: float, gain: float, turn: float, times: Array1, states: Out2, controls: Out2
-) -> None:
+def _turn_back(disturbance: Disturbance, times: Array1, states: Out2, controls: Out2) -> None:
     """Equation (O4), from what acts to what is measured and commanded."""
+    d, o, gain, turn = disturbance
     for k in range(len(states)):
         states[k, DELTA] = measured_steering(states[k, DELTA], o, turn)
     for k in range(len(controls)):

@@ -42,8 +42,8 @@ def saturate(
     limits = config.limits
     v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(acceleration, float(state[V]), v, *speed, config, disturbance)
-    rate = _within(steering_rate, disturbance.measured_steering(acting), delta, *steering, config)
+    a = _within(acceleration, float(state[V]), v, speed, config, disturbance)
+    rate = _within(steering_rate, disturbance.measured_steering(acting), delta, steering, config)
     return ControlInput(a, rate, control.source)
 
 
@@ -51,12 +51,12 @@ def _within(
     slope: float,
     value: float,
     measured: float,
-    limit: float,
-    most: float,
+    limits: tuple[float, float],
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> float:
-    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back."""
+    """A slope that keeps `value` within its limit over a cycle, or brings it back; `limits`: of both."""
+    limit, most = limits
     lowest = max(min(disturbance.commanded((-limit - value) / config.cycle), most), -most)
     highest = max(min(disturbance.commanded((limit - value) / config.cycle), most), -most)
     slope = min(max(slope, lowest), highest)

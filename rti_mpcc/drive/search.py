@@ -13,7 +13,7 @@ from rti_mpcc.clock import TIME_IS_UP
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import schedule
 from rti_mpcc.course.context import PlanningContext
-from rti_mpcc.course.guess import arrival_guess, cruise_guess
+from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, FIRST_PATIENCE, Solution
 from rti_mpcc.model.bicycle import Extremes, extremes
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -250,12 +250,12 @@ def suspended(
 
 def first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
-    config, arrival, part, target = context.config, s.task.arrival, context.mpcc.part, context.target
+    config, arrival, course = context.config, s.task.arrival, Course(context.mpcc.part, context.target)
     horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
-        return cruise_guess(part, target, context.state, times, context.profile, config)
-    return arrival_guess(part, target, context.state, times, context.distance, context.profile, config)
+        return cruise_guess(course, context.state, times, context.profile, config)
+    return arrival_guess(course, context.state, times, context.distance, context.profile, config)
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:

@@ -38,9 +38,10 @@ class ModelStep(NamedTuple):
 
 @inner
 def _change(
-    phi: float, v: float, delta: float, a: float, rate: float, h: float, wheelbase: float
+    start: tuple[float, float, float], a: float, rate: float, h: float, wheelbase: float
 ) -> tuple[float, float, float]:
-    """What a step of length h adds to x, y and phi, Eq. (M2), (M3)."""
+    """What a step of length h from phi, v, delta adds to x, y and phi, Eq. (M2), (M3)."""
+    phi, v, delta = start
     half, sixth = 0.5 * h, h / 6.0
     v_m, v_1 = v + half * a, v + h * a
     w = v * tan(delta) / wheelbase
@@ -55,11 +56,14 @@ def _change(
 
 @kernel
 def step_one(
-    a: float, rate: float, progress: float, h: float, wheelbase: float,
-    x: float, y: float, phi: float, v: float, delta: float, theta: float,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    state: tuple[float, float, float, float, float, float],
+    control: tuple[float, float, float],
+    h: float,
+    wheelbase: float,
+) -> tuple[float, float, float, float, float, float]:
     """The state to which a control leads after h [s] from the one given, in plain floats."""
-    dx, dy, turn = _change(phi, v, delta, a, rate, h, wheelbase)
+    (x, y, phi, v, delta, theta), (a, rate, progress) = state, control
+    dx, dy, turn = _change((phi, v, delta), a, rate, h, wheelbase)
     return x + dx, y + dy, phi + turn, v + h * a, delta + h * rate, theta + h * progress
 
 
@@ -67,7 +71,7 @@ def step_one(
 def propagate(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
     """One step of length h from `state`, into `reached`, which may be the same."""
     a, rate = control[A], control[DELTA_DOT]
-    dx, dy, turn = _change(state[PHI], state[V], state[DELTA], a, rate, h, wheelbase)
+    dx, dy, turn = _change((state[PHI], state[V], state[DELTA]), a, rate, h, wheelbase)
     reached[X] = state[X] + dx
     reached[Y] = state[Y] + dy
     reached[PHI] = state[PHI] + turn

@@ -41,7 +41,7 @@ def roll_forward(
     """
     reached, rows = state.copy(), queue if isinstance(queue, np.ndarray) else as_rows(queue)
     most, wheelbase = config.limits.steering, config.vehicle.wheelbase
-    _roll_forward(rows, now, until, *disturbance, most, wheelbase, reached)
+    _roll_forward(rows, (now, until), disturbance, most, wheelbase, reached)
     return reached
 
 
@@ -53,25 +53,17 @@ def as_rows(queue: Sequence[QueuedCommand]) -> Array:
 
 @kernel
 def _roll_forward(
-    commands: Array2,
-    now: float,
-    until: float,
-    d: float,
-    o: float,
-    gain: float,
-    turn: float,
-    most: float,
-    wheelbase: float,
+    commands: Array2, span: tuple[float, float], disturbance: Disturbance, most: float, wheelbase: float,
     state: Out1,
-) -> None:
-    """Drive `state` on, by (O4) and (M1), from one command's begin to the next one's.
+) -> None:  # fmt: skip
+    """Drive `state` on over a `span` of time, by (O4) and (M1), from one command's begin to the next one's.
 
     Its steering is the measured one, on the way the one that acts.
     """
-    control = np.zeros(CONTROLS)
+    d, o, gain, turn = disturbance
+    control, (begin, until), coming = np.zeros(CONTROLS), span, 0
     delta = state[DELTA]
     state[DELTA] = acting_steering(delta, o, turn)
-    begin, coming = now, 0
     while begin < until:
         while coming < len(commands) and commands[coming, 0] <= begin:
             coming += 1

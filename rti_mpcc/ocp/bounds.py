@@ -20,15 +20,15 @@ is far faster than it may be.
 from __future__ import annotations
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out1, Out3, inner, kernel
+from geometry.compiled import Array1, Out1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA_DOT, A
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.model.layout import DELTA_DOT, A, V
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.types import Array
 
 HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
@@ -39,6 +39,9 @@ FAR_SPEED = 1.1
 TURNING_SHARE = 0.99
 """Of a steering rate beyond comfort that the last plan had, which the next one may have there, (J3). Less
 than 1: what the solver is off by is not to add up."""
+
+
+_Others: TypeAlias = tuple[float, float, float, float]
 
 
 class StageBounds(NamedTuple):
@@ -53,28 +56,23 @@ class StageBounds(NamedTuple):
 
 
 class Change(NamedTuple):
-    """From what the acceleration changes: the one before [m/s²], and the speeds (N,) of the stages [m/s].
+    """From what the acceleration changes: the one `before` [m/s²].
 
-    `planned`: (N, 3) controls that the last plan had; `lengths`: (N,) of the stages [s]; `rests`:
-    whether the plan ends at rest, (J2); `pressed`: whether more than the comfort steering rate may be needed.
+    `stages`: with the speeds, and the controls that the last plan had; `left`: distance over which the plan
+    comes to rest [m], (J2), inf where it does not; `pressed`: whether more than the comfort steering rate may
+    be needed.
     """
 
     before: float
-    speeds: Array
-    planned: Array
-    lengths: Array
-    rests: bool = False
+    stages: PlanStages
+    left: float = inf
     pressed: bool = True
 
 
 def stage_bounds(
     config: ControllerConfig,
-    target: Target,
     direction: int,
-    theta: Array,
-    *,
-    turns: bool = False,
-    ends: bool = True,
+    farthest: float,
     most: Array | None = None,
     disturbance: Disturbance = UNDISTURBED,
     change: Change | None = None,
@@ -82,94 +80,63 @@ def stage_bounds(
     """The limits, and one direction of motion.
 
     Args:
-        direction: d of the part: d v >= 0.
-        theta: (N+1,) progress of the plan that is linearised about [m].
-        turns: whether it may also drive against that direction.
-        ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
-            it gets there goes on along the extrapolated path.
+        direction: d of the part: d v >= 0; 0: either.
+        farthest: progress at most [m]; inf for a cruise that turns to a planned arrival before it comes to
+            the stop point: it goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O5).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
-    limits = config.limits
-    d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
-    faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
+    limits, acting_steering = config.limits, disturbance.acting_steering
+    d, most_acceleration = disturbance.acceleration, disturbance.gain * limits.acceleration
+    faster = 1.0 if change is None or change.left == inf else _faster(change, config)
     planned = faster**2 * config.planned_acceleration
-    bounds = _stage_bounds(
-        direction,
-        np.full(len(theta) - 1, limits.speed) if most is None else np.minimum(limits.speed, most),
-        limits.speed if turns else 0.0,
-        disturbance.acting_steering(-most_steering),
-        disturbance.acting_steering(most_steering),
-        target.farthest if ends else inf,
-        max(d - gain * limits.acceleration, -planned),
-        min(d + gain * limits.acceleration, planned),
-        limits.steering_rate * disturbance.rate_share,
-    )
+    steering_rate = limits.steering_rate * disturbance.rate_share
+    low = acting_steering(-limits.steering), -inf, max(d - most_acceleration, -planned), -steering_rate
+    high = acting_steering(limits.steering), farthest, min(d + most_acceleration, planned), steering_rate
+    most = np.full(config.stages, limits.speed) if most is None else np.minimum(limits.speed, most)
+    bounds = _stage_bounds(direction, most, (low, high))
     if change is not None:
-        jerk = faster**3 * config.comfort.jerk
+        jerk, far = faster**3 * config.comfort.jerk, FAR_SPEED * limits.speed
         _bound_change(
-            change.before,
-            np.ascontiguousarray(change.speeds),
-            change.planned,
-            change.lengths,
-            jerk if abs(change.speeds[0]) <= FAR_SPEED * limits.speed else inf,
-            jerk if change.rests else inf,
+            change,
+            bounds,
+            jerk if abs(change.stages.states[0, V]) <= far else inf,
+            jerk if change.left < inf else inf,
             CALM_SPEED if change.pressed else inf,
             config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
-            bounds.controls,
-            bounds.by_time,
         )
     return bounds
 
 
-def _faster(change: Change, left: float, config: ControllerConfig) -> float:
-    """f of (J4), with `left` [m] to the target; within what an arrival comes back from it is comfort's."""
-    needed = float(change.speeds[0]) ** 2 / (2.0 * max(left, PASSED_DISTANCE))
+def _faster(change: Change, config: ControllerConfig) -> float:
+    """f of (J4); within what an arrival comes back from it is comfort's."""
+    needed = float(change.stages.states[0, V]) ** 2 / (2.0 * max(change.left, PASSED_DISTANCE))
     return sqrt(max(min(needed, config.firm_deceleration) / config.comfort_acceleration, 1.0))
 
 
 @kernel
-def _stage_bounds(
-    direction: int,
-    most: Array1,
-    back: float,
-    right: float,
-    left: float,
-    farthest: float,
-    braking: float,
-    acceleration: float,
-    steering_rate: float,
-) -> StageBounds:
-    """`most` (N,) is the highest speed forwards, `back` the one against the direction."""
+def _stage_bounds(direction: int, most: Array1, others: tuple[_Others, _Others]) -> StageBounds:
+    """`most` (N,) is the highest speed; `others`: lower and upper bounds of delta, theta, a, delta_dot."""
     states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
     for k in range(len(most)):
         speed = most[k]
-        states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
-        states[k, 0, 1], states[k, 1, 1] = right, left
-        states[k, 0, 2], states[k, 1, 2] = -inf, farthest
-        controls[k, 0, 0], controls[k, 1, 0] = braking, acceleration
-        controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
+        back = speed if direction == 0 else 0.0
+        states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction >= 0 else (-speed, back)
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
+        for side in range(2):
+            states[k, side, 1], states[k, side, 2], controls[k, side, 0], controls[k, side, 1] = others[side]
     return StageBounds(states, controls, np.zeros(len(most)))
 
 
 @kernel
 def _bound_change(
-    before: float,
-    speeds: Array1,
-    planned: Array2,
-    lengths: Array1,
-    jerk: float,
-    jerk_at_end: float,
-    calm: float,
-    steering_rate: float,
-    controls: Out3,
-    by_time: Out1,
+    change: Change, bounds: StageBounds, jerk: float, jerk_at_end: float, calm: float, steering_rate: float
 ) -> None:
     """(J1) to (J3), where the limits and the ones before leave them; a comfort value of `inf` is no bound."""
-    stages, speed = len(controls), speeds[0]
-    rest = np.sum(lengths[1:])
+    before, (states, planned, lengths) = change.before, change.stages
+    controls, by_time, speed = bounds.controls, bounds.by_time, states[0, V]
+    stages, rest = len(controls), np.sum(lengths[1:])
     free = before * speed <= 0.0 and speed * speed < (before * before / jerk) ** 2
     allowed, left = jerk * lengths[0], 0.0
     for k in range(stages):
@@ -179,7 +146,7 @@ def _bound_change(
         if _narrow(controls, k, lowest, highest, planned[k, A]):
             by_time[k] = jerk * max(allowed / jerk - lengths[0] - lengths[0], 0.0) / rest
         allowed += jerk * lengths[k]
-        if abs(speeds[k]) <= calm:
+        if abs(states[k, V]) <= calm:
             most = max(steering_rate, TURNING_SHARE * abs(planned[k, DELTA_DOT]))
             controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)
     for k in range(stages - 1, -1, -1):

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel
+from geometry.compiled import Array1, Array2, Array3, Array4, Out1, Out3, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.side_clearance import between
@@ -52,6 +52,28 @@ class CorridorRows(NamedTuple):
     lower: Out3
 
 
+class Deficit(NamedTuple):
+    """What the vehicle lacks of the corridor and its margin.
+
+    Attributes:
+        margin: [m]; missing: (n, pieces, sides) of stages 1..n, see `margin_deficit` [m].
+        most: (sides,) that a plan may leave of it at most [m]: it is not to come nearer than may be driven.
+        over: (sides,) what the vehicle lacks beyond the margin [m].
+    """
+
+    margin: float
+    missing: Out3
+    most: Out1
+    over: Out1
+
+
+class Trailing(NamedTuple):
+    """How far (pieces,) each piece reaches behind the rear axle, or 0, and the body's end [m]."""
+
+    pieces: Out1
+    body: float
+
+
 NO_ROWS = CorridorRows(np.empty((0, 0, 0, POSE)), np.empty((0, 0, 0)))
 """Where none acts."""
 
@@ -66,18 +88,17 @@ def corridor_rows(
         near: rows act on what is nearer than the margin and this [m].
     """
     shape = contacts.values.shape[:3]
-    slopes, lower = np.zeros((*shape, POSE)), np.full(shape, LOOSE)
     kept = margin if least is None else least
-    acting = _corridor_rows(headings, contacts.values, margin, near, kept, slopes, lower)
-    return CorridorRows(slopes, lower) if acting else None
+    rows = CorridorRows(np.zeros((*shape, POSE)), np.full(shape, LOOSE))
+    return rows if _corridor_rows(headings, contacts.values, margin, near, kept, rows) else None
 
 
 @kernel
 def _corridor_rows(
-    headings: Array1, contacts: Array4, margin: float, near: float, least: float, slopes: Out4, lower: Out3
+    headings: Array1, contacts: Array4, margin: float, near: float, least: float, rows: CorridorRows
 ) -> bool:
     """Equations (H2), (H8). Returns whether any row acts."""
-    acting = False
+    acting, (slopes, lower) = False, rows
     stages, pieces, sides = lower.shape
     for k in range(stages):
         c, s = cos(headings[k]), sin(headings[k])
@@ -156,16 +177,7 @@ def margin_deficit(rows: CorridorRows, drift: Array3, change: Array1) -> Out3:
 
 @kernel
 def relaxed_bounds(
-    lower: Array3,
-    missing: Array3,
-    elapsed: Array1,
-    travelled: Array1,
-    trails: Array1,
-    margin: float,
-    noise: float,
-    most: Array1,
-    over: Array1,
-    far: float,
+    lower: Array3, deficit: Deficit, elapsed: Array1, travelled: Array1, trails: Trailing, noise: float
 ) -> Out3:
     """Lower bounds (N, pieces, sides) that give back step by step what is missing (docs/decisions, 9).
 
@@ -185,13 +197,12 @@ def relaxed_bounds(
     missing of that side at piece j at any stage.
 
     Args:
-        lower: (N, pieces, sides) of the rows; missing: (n, pieces, sides) [m].
+        lower: (N, pieces, sides) of the rows; deficit: with r at most.
         elapsed: (N,) time t of stages 1..N [s].
-        travelled: (N,) distance s driven by then [m]; trails: (pieces,) l, 0 for pieces that lead [m].
+        travelled: (N,) distance s driven by then [m]; trails: l of the pieces, far of the body.
         noise: so much may seem to be missing [m].
-        most: (sides,) r at most [m]: a plan is not to come nearer than may be driven.
-        over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
+    (margin, missing, most, over), (trailing, far) = deficit, trails
     bounds = np.empty(lower.shape)
     stages, pieces, sides = lower.shape
     last = len(missing) - 1
@@ -199,14 +210,14 @@ def relaxed_bounds(
         for piece in range(pieces):
             swing = 0.0
             for other in range(pieces):
-                behind = trails[piece] if other == piece else max(trails[piece] - trails[other], 0.0)
+                behind = trailing[piece] if other == piece else max(trailing[piece] - trailing[other], 0.0)
                 for k in range(last + 1):
                     lack = min(missing[k, other, side], margin) - (noise if other == piece else 0.0)
                     swing = max(swing, 1.5 * behind / MARGIN_DISTANCE * lack)
             for k in range(stages):
                 lack = min(missing[min(k, last), piece, side], margin)
                 returned = min(elapsed[k] / MARGIN_TIME, travelled[k] / MARGIN_DISTANCE, 1.0)
-                swung_back = min(travelled[k] / (MARGIN_DISTANCE + 2.0 * trails[piece]), 1.0)
+                swung_back = min(travelled[k] / (MARGIN_DISTANCE + 2.0 * trailing[piece]), 1.0)
                 relief = (1.0 - returned**3) * lack + (1.0 - swung_back**3) * swing
                 relief = min(relief, most[side])
                 if over[side] > 0.0:

@@ -26,7 +26,8 @@ from geometry.compiled import Array1, Array2, Out1, Out2, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import pose_rate
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
-from rti_mpcc.ocp.objectives import StageWeights
+from rti_mpcc.ocp.horizon import PlanStages
+from rti_mpcc.ocp.objectives import ComfortWeights, StageWeights
 from rti_mpcc.ocp.stage_cost import excess_cost
 from rti_mpcc.types import Array
 
@@ -56,27 +57,21 @@ FIXED_END = EndTime(np.empty((0, 5)), 0.0, 0.0, 0.0, 0.0)
 
 
 def end_time(
-    states: Array,
-    controls: Array,
+    stages: PlanStages,
     reached: Array,
-    lengths: Array,
     weights: StageWeights,
-    wheelbase: float,
     comfort: Comfort,
+    wheelbase: float,
     latest: float,
 ) -> EndTime:
-    """(T5) about states (N+1, 6) and controls (N, 3).
+    """(T5) about a plan.
 
     Args:
-        reached: (N, 6) ends of the stages; lengths: (N,) [s]; latest: that the plan may take [s].
+        reached: (N, 6) ends of the stages; latest: that the plan may take [s].
     """
-    beyond, total = weights.comfort, float(lengths.sum())
-    on_controls = weights.acceleration, weights.steering_rate
-    on_excess = beyond.acceleration, beyond.steering_rate, beyond.lateral_acceleration
-    most = comfort.acceleration, comfort.steering_rate, comfort.lateral_acceleration
-    stretches, effort = _stretched(
-        states, controls, reached, lengths, *on_controls, *on_excess, *most, wheelbase
-    )
+    lengths, on_controls = stages.lengths, np.array((weights.acceleration, weights.steering_rate))
+    total = float(lengths.sum())
+    stretches, effort = _stretched(stages, reached, on_controls, weights.comfort, comfort, wheelbase)
     rest = total - float(lengths[0])
     least = min(max(-LARGEST_CHANGE * total, LEAST_TIME - total), 0.0)
     longest = min(LARGEST_CHANGE * total, max(latest - total, least))
@@ -85,12 +80,11 @@ def end_time(
 
 @kernel
 def _stretched(
-    states: Array2, controls: Array2, reached: Array2, lengths: Array1,
-    on_acceleration: Array1, on_steering_rate: Array1,
-    beyond_acceleration: Array1, beyond_steering_rate: Array1, beyond_lateral: Array1,
-    most_acceleration: float, most_steering_rate: float, most_lateral: float, wheelbase: float,
+    stages: PlanStages, reached: Array2, on_controls: Array2, beyond: ComfortWeights, comfort: Comfort,
+    wheelbase: float,
 ) -> tuple[Out2, float]:  # fmt: skip
-    """F_T, and the sum of h_k E_k over all stages but the first."""
+    """F_T, and the sum of h_k E_k over all stages but the first; `on_controls` (2, N): a and delta_dot."""
+    states, controls, lengths = stages
     stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, np.sum(lengths[1:])
     for k in range(1, len(lengths)):
         a, rate, v = controls[k, A], controls[k, DELTA_DOT], states[k, V]
@@ -98,10 +92,11 @@ def _stretched(
         share = lengths[k] / rest
         stretches[k, X], stretches[k, Y], stretches[k, PHI] = share * dx, share * dy, share * turn
         stretches[k, V], stretches[k, DELTA] = share * a, share * rate
-        effort += on_acceleration[k] * a * a + on_steering_rate[k] * rate * rate
-        effort += excess_cost(a, beyond_acceleration[k], most_acceleration)
-        effort += excess_cost(rate, beyond_steering_rate[k], most_steering_rate)
-        effort += excess_cost(v * v * tan(states[k, DELTA]) / wheelbase, beyond_lateral[k], most_lateral)
+        effort += on_controls[A, k] * a * a + on_controls[DELTA_DOT, k] * rate * rate
+        effort += excess_cost(a, beyond.acceleration[k], comfort.acceleration)
+        effort += excess_cost(rate, beyond.steering_rate[k], comfort.steering_rate)
+        lateral = v * v * tan(states[k, DELTA]) / wheelbase
+        effort += excess_cost(lateral, beyond.lateral_acceleration[k], comfort.lateral_acceleration)
     return stretches, effort
 
 

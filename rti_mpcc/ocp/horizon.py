@@ -8,6 +8,7 @@ geometrically, fine where the vehicle is about to be and coarse far ahead.
 from __future__ import annotations
 
 from math import cos, exp, expm1, hypot, log1p, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,14 @@ FINE_STAGE = 0.1
 """Length of the second stage where stages grow; also the longest equal stage [s]."""
 MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
+
+
+class PlanStages(NamedTuple):
+    """A plan in the QP's frame: states (N+1, 6), controls (N, 3) and lengths (N,) [s] of its stages."""
+
+    states: Out2
+    controls: Out2
+    lengths: Out1
 
 
 @kernel

@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from geometry import Corridor, PathPart, PathReference
+from geometry.compiled import Out1
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.frenet import FrenetErrors
@@ -38,9 +39,9 @@ accepts at the goal to save effort grows with 1/t_go³: without this it is all o
 class ComfortWeights(NamedTuple):
     """On the squared excess over each value of `Comfort`: (N,), (N+1,), (N,)."""
 
-    acceleration: Array
-    lateral_acceleration: Array
-    steering_rate: Array
+    acceleration: Out1
+    lateral_acceleration: Out1
+    steering_rate: Out1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import exp, hypot, log1p, tan
 from typing import NamedTuple
 
@@ -20,7 +19,7 @@ from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
+from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights, StageWeights
 from rti_mpcc.types import Array
 
 COMFORT_EASE = 0.05
@@ -31,9 +30,6 @@ COMFORT_CLIP = 0.1
 the corridor and the goal."""
 NOTHING_LEFT = -6.0
 """In units of f_s of (C4): this far below comfort the residual is 0.0025 f_s, and left out."""
-
-Terms = Callable[[Array, Array], None]
-"""Adds terms of an objective's own to the Hessian and the gradient of the states."""
 
 
 class QuadraticCost(NamedTuple):
@@ -81,38 +77,42 @@ def quadratic_cost(
     controls: Array,
     weights: StageWeights,
     errors: FrenetErrors | None,
-    goal: Array,
-    wheelbase: float,
     comfort: Comfort,
-    *,
-    wheels: float = 0.0,
-    terms: Terms | None = None,
+    wheelbase: float,
 ) -> QuadraticCost:
-    """The model about `states` (N+1, 6) and `controls` (N, 3), paper Eq. 2 (C3) and Eq. 5 (C1), (C2); (C4).
+    """The model about `states` (N+1, 6) and `controls` (N, 3), paper Eq. 5 (C1), (C2); (C4).
 
     Args:
         errors: at `states`; None where no weight is on them.
-        goal: (3,) pose that the last stage is to reach, in the frame and on the branch of `states`.
-        wheels: angle that the wheels are to have at the last stage, where a weight is on it [rad].
-        terms: of the objective's own; None: none.
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
     if errors is not None:
-        on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
+        on_errors = np.array((weights.lag, weights.contouring, weights.heading))
         _add_errors(*errors, on_errors, hessian, gradient)
     beyond = weights.comfort
     _add_lateral_excess(
         states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
     )
-    if terms is not None:
-        terms(hessian, gradient)
+    on_controls = np.array((weights.acceleration, weights.steering_rate, weights.virtual_speed))
+    of_controls = _control_cost(controls, on_controls, weights.progress_reward, beyond, comfort)
+    return QuadraticCost(hessian, gradient, *of_controls)
+
+
+def add_goal(
+    cost: QuadraticCost, weights: StageWeights, last: Array, goal: Array, wheels: float = 0.0
+) -> None:
+    """Add what the last stage costs, in place, paper Eq. 2 (C3).
+
+    Args:
+        last: (6,) its state.
+        goal: (3,) pose that it is to reach, in the frame and on the branch of `last`.
+        wheels: angle that the wheels are to have there, where a weight is on it [rad].
+    """
     clip = GOAL_CLIP if weights.goal_clipped else (np.inf, np.inf)
-    at_end = weights.goal_speed, weights.goal_wheels, wheels
-    _add_goal(states[-1], goal, weights.goal, *at_end, *clip, hessian, gradient)
-    on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward
-    on_excess = beyond.acceleration, comfort.acceleration, beyond.steering_rate, comfort.steering_rate
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, *on_controls, *on_excess))
+    on_end = np.array((*weights.goal.tolist(), weights.goal_speed, weights.goal_wheels))
+    end = np.array((*goal.tolist(), 0.0, wheels))
+    _add_goal(last, end, on_end, clip, cost.state_hessian, cost.state_gradient)
 
 
 @inner
@@ -175,28 +175,19 @@ def _add_lateral_excess(
 
 @kernel
 def _control_cost(
-    controls: Array2,
-    acceleration: Array1,
-    steering_rate: Array1,
-    virtual_speed: Array1,
-    progress_reward: Array1,
-    on_acceleration: Array1,
-    most_acceleration: float,
-    on_steering_rate: Array1,
-    most_steering_rate: float,
+    controls: Array2, weights: Array2, reward: Array1, beyond: ComfortWeights, comfort: Comfort
 ) -> tuple[Out2, Out2]:
-    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
+    """Hessian and gradient of (C2), with `weights` (3, N) on the squares and the `reward` (N,), and of what
+    goes beyond comfort of a and delta_dot, (C4)."""
     hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
-        hessian[k, A] = 2.0 * acceleration[k]
-        hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
-        hessian[k, THETA_DOT] = 2.0 * virtual_speed[k]
         for j in range(CONTROLS):
+            hessian[k, j] = 2.0 * weights[j, k]
             gradient[k, j] = hessian[k, j] * controls[k, j]
-        gradient[k, THETA_DOT] -= progress_reward[k]
+        gradient[k, THETA_DOT] -= reward[k]
         for j, on_excess, most in (
-            (A, on_acceleration[k], most_acceleration),
-            (DELTA_DOT, on_steering_rate[k], most_steering_rate),
+            (A, beyond.acceleration[k], comfort.acceleration),
+            (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),
         ):
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
             gradient[k, j] += 2.0 * weight * excess * slope
@@ -206,29 +197,16 @@ def _control_cost(
 
 @kernel
 def _add_goal(
-    last: Array1,
-    goal: Array1,
-    weights: Array1,
-    on_speed: float,
-    on_wheels: float,
-    wheels: float,
-    most_position: float,
-    most_heading: float,
-    hessian: Out3,
-    gradient: Out2,
+    last: Array1, goal: Array1, weights: Array1, clip: tuple[float, float], hessian: Out3, gradient: Out2
 ) -> None:
-    """Equation (C3), `weights` (3,) on the pose, the `goal` (3,), the angle of the `wheels`; `most_...`: the
-    clip."""
-    end = len(gradient) - 1
-    dx, dy, turn = last[X] - goal[X], last[Y] - goal[Y], last[PHI] - goal[PHI]
-    share = min(1.0, most_position / max(hypot(dx, dy), 1e-12))
-    turn = min(max(turn, -most_heading), most_heading)
-    for i, weight, error in (
-        (X, weights[X], share * dx),
-        (Y, weights[Y], share * dy),
-        (PHI, weights[PHI], turn),
-        (V, on_speed, last[V]),
-        (DELTA, on_wheels, last[DELTA] - wheels),
-    ):
-        hessian[end, i, i] += 2.0 * weight
-        gradient[end, i] += 2.0 * weight * error
+    """Equation (C3), `goal` and `weights` (5,) of x, y, phi, v, delta; `clip` of position and heading."""
+    end, (most_position, most_heading) = len(gradient) - 1, clip
+    share = min(1.0, most_position / max(hypot(last[X] - goal[X], last[Y] - goal[Y]), 1e-12))
+    for i in range(len(goal)):
+        error = last[i] - goal[i]
+        if i == PHI:
+            error = min(max(error, -most_heading), most_heading)
+        elif i < PHI:
+            error *= share
+        hessian[end, i, i] += 2.0 * weights[i]
+        gradient[end, i] += 2.0 * weights[i] * error

@@ -31,7 +31,7 @@ from rti_mpcc.ocp.objectives import (
     stage_share,
 )
 from rti_mpcc.ocp.targets import Target, TargetKind, stop_on
-from rti_mpcc.paper.terms import PaperWeights, WeightSlopes, add_paper_terms, walls_of
+from rti_mpcc.paper.terms import PaperWeights, WeightSlopes, add_paper_terms, add_weight_slopes, walls_of
 from rti_mpcc.types import Array, Objective
 
 T = TypeVar("T")
@@ -172,17 +172,10 @@ class _OfPaper(HorizonObjective):
 
     def add_terms(self, plan: Linearised, hessian: Array, gradient: Array) -> None:
         """Those of the published code."""
-        assert isinstance(plan.weights, PaperWeights)
-        add_paper_terms(
-            plan.local,
-            plan.controls,
-            plan.errors,
-            plan.weights,
-            walls_of(plan),
-            plan.config.vehicle.wheelbase,
-            hessian,
-            gradient,
-        )
+        weights, walls, wheelbase = plan.weights, walls_of(plan), plan.config.vehicle.wheelbase
+        assert isinstance(weights, PaperWeights)
+        add_paper_terms(plan.local, weights, walls, wheelbase, hessian, gradient)
+        add_weight_slopes(plan.errors, plan.controls, walls, weights, gradient)
 
 
 @dataclass(frozen=True, slots=True)

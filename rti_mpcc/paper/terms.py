@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out1, Out2, Out3, kernel
+from geometry.compiled import Array2, Out1, Out2, Out3, kernel
 from geometry.shape_grid import POINT
 from rti_mpcc.model.layout import DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
@@ -55,12 +55,12 @@ class SoftWalls(NamedTuple):
     normal: Out3
 
 
-def walls_of(plan: Linearised) -> SoftWalls | None:
-    """Boundaries nearest to the rear axle at stages 0..N, where (W7) has weights on them."""
+def walls_of(plan: Linearised) -> SoftWalls:
+    """Boundaries nearest to the rear axle at stages 0..N, at infinity where (W7) has no weights on them."""
     weights = plan.weights
     assert isinstance(weights, PaperWeights)
     if not (weights.bound_distance.any() or weights.bound_speed.any()):
-        return None
+        return SoftWalls(np.full((len(plan.states), 2), np.inf), np.zeros((len(plan.states), 2, 2)))
     reach = max(DISTANCE_REACH, SPEED_REACH)
     found = plan.corridor.contacts(plan.index, POINT, plan.states[:, :POSE], within=reach, outward=0.0)
     normal = found.normal[:, 0, :2] * np.exp(1j * plan.local[:, PHI])[:, None]
@@ -71,53 +71,44 @@ def walls_of(plan: Linearised) -> SoftWalls | None:
 
 
 def add_paper_terms(
-    states: Array,
-    controls: Array,
-    errors: FrenetErrors | None,
-    weights: PaperWeights,
-    walls: SoftWalls | None,
-    wheelbase: float,
-    hessian: Array,
-    gradient: Array,
+    states: Array, weights: PaperWeights, walls: SoftWalls, wheelbase: float, hessian: Array, gradient: Array
 ) -> None:
-    """Add (W7) and the slopes of the weights at `states` (N+1, 6), `controls` (N, 3)."""
-    walls = walls or SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
-    given = weights.lateral_acceleration, weights.bound_distance, weights.bound_speed
-    _add_terms(states, walls, *given, wheelbase, hessian, gradient)
+    """Add (W7) at `states` (N+1, 6)."""
+    on_terms = np.array((weights.lateral_acceleration, weights.bound_distance, weights.bound_speed))
+    _add_terms(states, walls, on_terms, wheelbase, hessian, gradient)
+
+
+def add_weight_slopes(
+    errors: FrenetErrors | None, controls: Array, walls: SoftWalls, weights: PaperWeights, gradient: Array
+) -> None:
+    """Add what the slopes of the weights make of the errors and of `controls` (N, 3)."""
     if weights.by_progress is not None and errors is not None:
         _add_slopes(errors.values, controls, walls.distance, weights.by_progress, gradient)
 
 
 @kernel
 def _add_terms(
-    states: Array2,
-    walls: SoftWalls,
-    on_lateral: Array1,
-    on_distance: Array1,
-    on_speed: Array1,
-    wheelbase: float,
-    hessian: Out3,
-    gradient: Out2,
+    states: Array2, walls: SoftWalls, weights: Array2, wheelbase: float, hessian: Out3, gradient: Out2
 ) -> None:
-    """Equation (W7)."""
+    """Equation (W7), `weights` (3, N+1) on lateral acceleration, distance and speed by a boundary."""
     distances, normals = walls
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
         slopes = np.zeros(STATES)
         slopes[V] = 2.0 * v * tangent / wheelbase
         slopes[DELTA] = v * v * (1.0 + tangent * tangent) / wheelbase
-        add_square(hessian, gradient, k, on_lateral[k], v * v * tangent / wheelbase, slopes)
+        add_square(hessian, gradient, k, weights[0, k], v * v * tangent / wheelbase, slopes)
         for side in range(2):
             near = max(DISTANCE_REACH - distances[k, side], 0.0)
             slow = max(SPEED_REACH - distances[k, side], 0.0)
             slopes[:] = 0.0
             if near > 0.0:
                 slopes[X], slopes[Y] = -normals[k, side, X], -normals[k, side, Y]
-                add_square(hessian, gradient, k, on_distance[k], near, slopes)
+                add_square(hessian, gradient, k, weights[1, k], near, slopes)
             if slow > 0.0:
                 slopes[X], slopes[Y] = -normals[k, side, X] * v, -normals[k, side, Y] * v
                 slopes[V] = slow
-                add_square(hessian, gradient, k, on_speed[k], v * slow, slopes)
+                add_square(hessian, gradient, k, weights[2, k], v * slow, slopes)
 
 
 @kernel

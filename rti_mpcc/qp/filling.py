@@ -11,12 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Index2, Index3, Out1, inner, kernel
+from geometry.compiled import Array1, Array2, Index2, Index3, Out1, inner, kernel
+from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.end_time import EndTime
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.pattern import (
     BOUND_UNIT,
@@ -66,6 +68,41 @@ class QpValues(NamedTuple):
     row_scaling: Out1
 
 
+class HorizonProblem(NamedTuple):
+    """The optimal control problem of a horizon, linearised about the plan of `stages`.
+
+    `rows`: of the corridor; those of sides that it no longer has, or all, are loose.
+    """
+
+    stages: PlanStages
+    cost: QuadraticCost
+    step: ModelStep
+    bounds: StageBounds
+    rows: CorridorRows
+    end: EndTime
+
+
+class FillOptions(NamedTuple):
+    """How the QP weighs and scales a problem.
+
+    Attributes:
+        slack: linear weight of the corridor slack [1/m]; scale: multiplies all of the cost.
+        damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
+            one iteration trusts its linearisation (Levenberg and Marquardt).
+        idle: weight on the change of progress where nothing else is on it, `IDLE_WEIGHT`.
+        unit: share of their unit in which bounds on the acceleration count, 1 or `CRUISE_UNIT`.
+        scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
+    """
+
+    slack: float
+    scale: float
+    damping: float
+    idle: float
+    unit: float
+    scaled_from: float
+    most: float
+
+
 def empty_values(pattern: QpPattern) -> QpValues:
     """Buffers with the entries that never change."""
     rows, columns = pattern.shape
@@ -90,39 +127,21 @@ def empty_values(pattern: QpPattern) -> QpValues:
 
 
 @kernel
-def fill(
-    values: QpValues, pattern: QpPattern,
-    cost: QuadraticCost, step: ModelStep, bounds: StageBounds, rows: CorridorRows, end: EndTime,
-    states: Array2, controls: Array2, lengths: Array1,
-    slack: float, scale: float, damping: float, idle: float, unit: float, scaled_from: float, most: float,
-) -> None:  # fmt: skip
-    """Preparation: all of the QP but the measured state, about states (N+1, 6) and controls (N, 3).
-
-    Args:
-        rows: of the corridor; those of sides that it no longer has, or all, are loose.
-        lengths: (N,) of the stages [s].
-        slack: linear weight of the corridor slack [1/m]; scale: multiplies all of the cost.
-        damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
-            one iteration trusts its linearisation (Levenberg and Marquardt).
-        idle: weight on the change of progress where nothing else is on it, `IDLE_WEIGHT`.
-        unit: share of their unit in which bounds on the acceleration count, 1 or `CRUISE_UNIT`.
-        scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
-    """
-    _fill_cost(values, pattern, cost, slack, scale, damping, idle)
-    _fill_dynamics(values, pattern, step, lengths, states)
-    _fill_bounds(values, pattern, bounds, states, controls, unit, scaled_from, most)
-    _fill_half_planes(values, pattern, rows, scaled_from, most)
+def fill(values: QpValues, pattern: QpPattern, problem: HorizonProblem, options: FillOptions) -> None:
+    """Preparation: all of the QP but the measured state."""
+    _fill_cost(values, pattern, problem.cost, options)
+    _fill_dynamics(values, pattern, problem.step, problem.stages)
+    _fill_bounds(values, pattern, problem.bounds, problem.stages, options)
+    _fill_half_planes(values, pattern, problem.rows, options)
     if len(pattern.time_column) > 0:
-        _fill_end(values, pattern, end, bounds, controls, scale)
+        _fill_end(values, pattern, problem, options.scale)
 
 
 @inner
-def _fill_cost(
-    values: QpValues, pattern: QpPattern, cost: QuadraticCost,
-    slack: float, scale: float, damping: float, idle: float,
-) -> None:  # fmt: skip
+def _fill_cost(values: QpValues, pattern: QpPattern, cost: QuadraticCost, options: FillOptions) -> None:
     """P and q."""
     state_hessian, state_gradient, control_hessian, control_gradient = cost
+    scale, idle = options.scale, options.idle
     for k in range(len(state_hessian)):
         if state_hessian[k, THETA, THETA] != 0.0:
             idle = 0.0
@@ -135,7 +154,7 @@ def _fill_cost(
                 if i == THETA:
                     value += idle
                 elif i != V:
-                    value += damping
+                    value += options.damping
             values.cost[slot] = value
         for i in range(STATES):
             values.gradient[pattern.state_columns[k, i]] = scale * state_gradient[k, i] * STATE_UNITS[i]
@@ -146,14 +165,13 @@ def _fill_cost(
             values.cost[slot] = on_change + scale * control_hessian[k, i] * pattern.cost_scale[slot]
             column = pattern.control_columns[k, i]
             values.gradient[column] = scale * control_gradient[k, i] * CONTROL_UNITS[i]
-        values.gradient[pattern.slack_columns[k]] = scale * slack * SLACK_UNIT
+        values.gradient[pattern.slack_columns[k]] = scale * options.slack * SLACK_UNIT
 
 
 @kernel
 def fill_curvature(
-    cost: Out1, hessians: Index2, dynamics_rows: Index2,
-    states: Array2, reached: Array2, dual: Array1, scale: float,
-) -> None:  # fmt: skip
+    cost: Out1, hessians: Index2, dynamics_rows: Index2, back: Array2, dual: Array1, scale: float
+) -> None:
     """Add the dynamics' own curvature in the heading to P, after `fill` (docs/method.md).
 
     Turning stage k turns its whole way F - z_k in x and y, so the Lagrangian J + l' (F(z_k, u_k) - z_k+1) has
@@ -166,23 +184,21 @@ def fill_curvature(
 
     Args:
         cost: of the `QpValues`; hessians, dynamics_rows: of the `QpPattern`.
-        states (N+1, 6), reached (N, 6): begin and end of each stage.
+        back: (N, 2) from the end of each stage to its begin, in x and y.
         dual: (m,) multipliers of the last QP, scaled units.
         scale: cost scale of this QP over that of the last.
     """
-    for k in range(len(reached)):
+    for k in range(len(back)):
         rows = dynamics_rows[k + 1]
-        bulge = dual[rows[X]] * (states[k, X] - reached[k, X]) / STATE_UNITS[X]
-        bulge += dual[rows[Y]] * (states[k, Y] - reached[k, Y]) / STATE_UNITS[Y]
+        bulge = dual[rows[X]] * back[k, X] / STATE_UNITS[X]
+        bulge += dual[rows[Y]] * back[k, Y] / STATE_UNITS[Y]
         cost[hessians[k, _HEADING]] += scale * STATE_UNITS[PHI] ** 2 * max(bulge, 0.0)
 
 
 @inner
-def _fill_dynamics(
-    values: QpValues, pattern: QpPattern, step: ModelStep, lengths: Array, states: Array
-) -> None:
+def _fill_dynamics(values: QpValues, pattern: QpPattern, step: ModelStep, stages: PlanStages) -> None:
     """dF/dz, dF/du, and the defects of the states."""
-    reached, pose_by = step
+    (states, _, lengths), (reached, pose_by) = stages, step
     scale, causes = pattern.constraint_scale, pose_by.shape[2]
     for k in range(len(lengths)):
         for i in range(POSE):
@@ -205,10 +221,10 @@ def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
 
 @inner
 def _fill_bounds(
-    values: QpValues, pattern: QpPattern, bounds: StageBounds, states: Array, controls: Array,
-    unit: float, scaled_from: float, most: float,
-) -> None:  # fmt: skip
-    """The bounds on the changes of states and controls; `unit`: share of their unit for the acceleration."""
+    values: QpValues, pattern: QpPattern, bounds: StageBounds, stages: PlanStages, options: FillOptions
+) -> None:
+    """The bounds on the changes of states and controls."""
+    states, controls, _ = stages
     for kind in range(2):
         limits = bounds.states if kind == 0 else bounds.controls
         for k in range(len(controls)):
@@ -216,19 +232,17 @@ def _fill_bounds(
                 here = states[k + 1, BOUNDED[i]] if kind == 0 else controls[k, i]
                 low = (limits[k, 0, i] - here) / pattern.bound_units[kind, i]
                 high = (limits[k, 1, i] - here) / pattern.bound_units[kind, i]
-                share = unit if kind == 1 and i == A else 1.0
-                by = share * _row_scaling(min(high, -low) / share, scaled_from, most)
+                share = options.unit if kind == 1 and i == A else 1.0
+                by = share * _row_scaling(min(high, -low) / share, options.scaled_from, options.most)
                 slot, row = pattern.bounds[kind, k, i], pattern.bound_rows[kind, k, i]
                 values.constraints[slot] = pattern.constraint_scale[slot] / by
                 values.row_scaling[row], values.lower[row], values.upper[row] = by, low / by, high / by
 
 
 @inner
-def _fill_end(
-    values: QpValues, pattern: QpPattern, end: EndTime, bounds: StageBounds, controls: Array,
-    scale: float,
-) -> None:  # fmt: skip
+def _fill_end(values: QpValues, pattern: QpPattern, problem: HorizonProblem, scale: float) -> None:
     """(T5), and how the bounds on the acceleration move with dT, after `_fill_bounds`."""
+    end, by_time, controls = problem.end, problem.bounds.by_time, problem.stages.controls
     column, slot, row = pattern.time_column[0], pattern.time_hessian[0], pattern.time_row[0]
     values.gradient[column] = scale * end.gradient * TIME_UNIT
     values.cost[slot] = CHANGE_WEIGHT + scale * end.curvature * pattern.cost_scale[slot]
@@ -240,14 +254,12 @@ def _fill_end(
             slot = pattern.stretches[k, i]
             values.constraints[slot] = end.stretches[k, i] * pattern.constraint_scale[slot] if free else 0.0
         slot, by = pattern.bounds_by_time[k], values.row_scaling[pattern.bound_rows[1, k, A]]
-        grows = -bounds.by_time[k] if controls[k, A] > 0.0 else bounds.by_time[k]
+        grows = -by_time[k] if controls[k, A] > 0.0 else by_time[k]
         values.constraints[slot] = grows * pattern.constraint_scale[slot] / by if free else 0.0
 
 
 @inner
-def _fill_half_planes(
-    values: QpValues, pattern: QpPattern, rows: CorridorRows, scaled_from: float, most: float
-) -> None:
+def _fill_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, options: FillOptions) -> None:
     """A loose half-plane has no slopes, but still a relief, which keeps the pattern."""
     slopes, lower = rows
     stages, pieces, sides = pattern.corridor_rows.shape
@@ -258,7 +270,7 @@ def _fill_half_planes(
                 row, slots = pattern.corridor_rows[k, piece, side], pattern.half_planes[k, piece, side]
                 acts = side < lower.shape[2]
                 bound = lower[k, piece, side] if acts else LOOSE
-                by = _row_scaling(-bound, scaled_from, most if acts else ROW_SCALING_MOST)
+                by = _row_scaling(-bound, options.scaled_from, options.most if acts else ROW_SCALING_MOST)
                 for i in range(POSE):
                     slope = slopes[k, piece, side, i] * scale[slots[i]] if acts else 0.0
                     values.constraints[slots[i]] = slope / by
@@ -274,36 +286,33 @@ def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> 
 
 @kernel
 def fill_motion_bounds(
-    lower: Out1, upper: Out1, row_scaling: Array1, bound_rows: Index3, bound_units: Array2,
-    measured: Array1, states: Array2, lengths: Array1, bounds: Array3, controls: Array3,
-    acceleration: float, steering_rate: float,
+    values: QpValues, bound_rows: tuple[Index3, Array2], stages: PlanStages, bounds: StageBounds,
+    measured: Array1, comfort: Comfort,
 ) -> bool:  # fmt: skip
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,), and bounds on the
     acceleration, need it.
 
     Args:
-        lower, upper, row_scaling: of the `QpValues`; bound_rows, bound_units: of the `QpPattern`.
-        states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
-        bounds, controls: the `StageBounds` that were filled last.
-        acceleration, steering_rate: of comfort, with which they must return: just outside a limit, at rest
-            say, more would be a jerk.
+        bound_rows: with their `bound_units`, of the `QpPattern`: all of it would take too long to hand over.
+        stages, bounds: of the problem that was filled last.
+        comfort: with which v and delta must return: just outside a limit, at rest say, more would be a jerk.
 
     Returns whether it is by more than the first stage can give back.
     """
-    far_out = False
+    far_out, lower, upper, (all_rows, units) = False, values.lower, values.upper, bound_rows
     for column in range(2):
-        quantity, most = (V, acceleration) if column == 0 else (DELTA, steering_rate)
+        quantity, most = (V, comfort.acceleration) if column == 0 else (DELTA, comfort.steering_rate)
         least, highest = measured[quantity], measured[quantity]
-        rows = bound_rows[0, :, column]
+        rows = all_rows[0, :, column]
         low, high = lower[rows[0]], upper[rows[0]]
-        for k in range(len(lengths)):
+        for k in range(len(rows)):
             # As far as comfort and the control's own bounds bring it down, and up.
-            least += max(controls[k, 0, column], -most) * lengths[k]
-            highest += min(controls[k, 1, column], most) * lengths[k]
-            if least <= bounds[k, 1, column] and highest >= bounds[k, 0, column]:
+            least += max(bounds.controls[k, 0, column], -most) * stages.lengths[k]
+            highest += min(bounds.controls[k, 1, column], most) * stages.lengths[k]
+            if least <= bounds.states[k, 1, column] and highest >= bounds.states[k, 0, column]:
                 continue
-            unit = bound_units[0, column] * row_scaling[rows[k]]
-            about = states[k + 1, quantity]
+            unit = units[0, column] * values.row_scaling[rows[k]]
+            about = stages.states[k + 1, quantity]
             upper[rows[k]] = max(upper[rows[k]], (least - about) / unit)
             lower[rows[k]] = min(lower[rows[k]], (highest - about) / unit)
         far_out |= lower[rows[0]] < low or upper[rows[0]] > high

@@ -120,26 +120,30 @@ class QpSolution:
     seconds: float
 
 
-def solve_once(
-    cost: Array,
-    gradient: Array,
-    constraints: Array,
-    lower: Array,
-    upper: Array,
-    *,
-    accuracy: float,
-    iterations: int,
-) -> Array | None:
-    """The solution (n,) of min x'Px/2 + q'x, l <= Ax <= u, or None: of a QP that is not solved again.
+class DenseQp(NamedTuple):
+    """min x'Px/2 + q'x, l <= Ax <= u, with numbers of about 1: nothing is scaled.
+
+    Attributes:
+        cost: P (n, n); gradient: q (n,); constraints: A (m, n); lower, upper: l, u (m,).
+    """
+
+    cost: Array
+    gradient: Array
+    constraints: Array
+    lower: Array
+    upper: Array
+
+
+def solve_once(problem: DenseQp, *, accuracy: float, iterations: int) -> Array | None:
+    """The solution (n,) of a QP that is not solved again, or None.
 
     Args:
-        cost: P (n, n), dense; gradient: q (n,); constraints: A (m, n), dense; lower, upper: (m,). Numbers are
-            to be about 1: nothing is scaled.
         accuracy: absolute and relative, of the residuals; iterations: at most.
 
     Raises:
         ValueError: numbers that are none, or a lower bound above its upper one.
     """
+    cost, gradient, constraints, lower, upper = problem
     if not all(map(all_finite, (cost, gradient, constraints))) or not (lower <= upper).all():
         raise ValueError(BAD_BOUNDS)
     solver = osqp.OSQP()

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from geometry import Pose2
 from rti_mpcc.config import Comfort, ControllerConfig, Weights
-from rti_mpcc.model.layout import CONTROLS, STATES, A, X, Y
+from rti_mpcc.model.layout import CONTROLS, STATES, A, V, X, Y
 from rti_mpcc.ocp.bounds import Change, stage_bounds
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import (
     FIRM_TIME,
     GOAL_CLIP,
@@ -22,7 +23,7 @@ from rti_mpcc.ocp.objectives import (
     arrival_weights,
     contouring_weights,
 )
-from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, quadratic_cost
+from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, add_goal, quadratic_cost
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.paper import PaperObjective, SpeedProfile
 from rti_mpcc.paper.objective import DynamicContouring, cartesian_weights, dynamic_weights, sigma
@@ -108,9 +109,7 @@ def slope_of_comfort(acceleration: float, comfort: float) -> tuple[float, float]
     weights = replace(weights, comfort=weights.comfort._replace(acceleration=np.ones(N)))
     states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
     controls[:, A] = acceleration
-    cost = quadratic_cost(
-        states, controls, weights, None, np.zeros(3), WHEELBASE, Comfort(comfort, 1.0, 1.0, 1.0)
-    )
+    cost = quadratic_cost(states, controls, weights, None, Comfort(comfort, 1.0, 1.0, 1.0), WHEELBASE)
     return float(cost.control_gradient[0, A]), float(cost.control_hessian[0, A])
 
 
@@ -150,9 +149,8 @@ def test_the_pull_of_a_goal_is_bounded_however_far_it_is_and_none_where_the_plan
 ) -> None:
     weights = replace(no_weights(), goal=np.ones(3), goal_clipped=True)
     states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
-    cost = quadratic_cost(
-        states, controls, weights, None, np.array([x, y, 0.0]), WHEELBASE, Comfort(0.4, 1.0, 0.5, 1.0)
-    )
+    cost = quadratic_cost(states, controls, weights, None, Comfort(0.4, 1.0, 0.5, 1.0), WHEELBASE)
+    add_goal(cost, weights, states[-1], np.array([x, y, 0.0]))
     pull = -cost.state_gradient[-1, [X, Y]]
     assert np.hypot(*pull) == pytest.approx(2.0 * min(float(np.hypot(x, y)), GOAL_CLIP[0]))
     assert pull @ (x, y) >= 0.0
@@ -169,9 +167,10 @@ def test_bounds_leave_a_control_and_a_speed_whatever_came_before(
 ) -> None:
     profile = SpeedProfile(final=1e-3, deceleration=deceleration)
     config = ControllerConfig(comfort_jerk=jerk, objective=PaperObjective(speed_profile=profile))
-    change = Change(before, np.full(N, speed), np.zeros((N, 3)), LENGTHS, True, True)
-    target = target_at(5.0 + left)
-    bounds = stage_bounds(config, target, 1, THETA, change=change)
+    states, target = np.zeros((N + 1, STATES)), target_at(5.0 + left)
+    states[:, V] = speed
+    change = Change(before, PlanStages(states, np.zeros((N, CONTROLS)), LENGTHS), target.theta)
+    bounds = stage_bounds(config, 1, target.farthest, np.full(N, np.inf), change=change)
     DynamicContouring().bound(bounds, target, THETA, 1, config)
     assert (bounds.states[:, 0] <= bounds.states[:, 1]).all()
     assert (bounds.controls[:, 0] <= bounds.controls[:, 1]).all()

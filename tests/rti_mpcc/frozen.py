@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,17 +28,20 @@ from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import NO_ROWS, corridor_rows
 from rti_mpcc.ocp.end_time import FIXED_END, end_time
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
 from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.ocp.stage_contacts import NEAR
-from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
+from rti_mpcc.ocp.stage_cost import QuadraticCost, add_goal, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.paper import PaperObjective
-from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms
+from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms, add_weight_slopes
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
     ROW_SCALING_MOST,
+    FillOptions,
+    HorizonProblem,
     QpValues,
     empty_values,
     fill,
@@ -185,17 +187,14 @@ class FrozenProblem:
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted
             rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
-        end = FIXED_END
+        stages, end = PlanStages(states, controls, self.lengths), FIXED_END
         if self.weights.time > 0.0:
-            of_plan = states, controls, step.state, self.lengths
-            end = end_time(*of_plan, self.weights, wheelbase, config.comfort, latest=np.inf)
-        fill(
-            values, pattern, cost, step, self.bounds, rows or NO_ROWS, end, states, controls, self.lengths,
-            self.weights.slack, self.weights.scale, self.damping, IDLE_WEIGHT, 1.0,
-            ROW_SCALING_FROM, ROW_SCALING_MOST,
-        )  # fmt: skip
-        slots = values.cost, pattern.hessians, pattern.dynamics_rows
-        fill_curvature(*slots, states, step.state, dual, 1.0)
+            end = end_time(stages, step.state, self.weights, config.comfort, wheelbase, latest=np.inf)
+        problem = HorizonProblem(stages, cost, step, self.bounds, rows or NO_ROWS, end)
+        of_cost, scaling = (self.weights.slack, self.weights.scale), (1.0, ROW_SCALING_FROM, ROW_SCALING_MOST)
+        fill(values, pattern, problem, FillOptions(*of_cost, self.damping, IDLE_WEIGHT, *scaling))
+        back = states[:-1, :PHI] - step.state[:, :PHI]
+        fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, dual, 1.0)
         fill_initial(values, pattern, self.measured - states[0])
 
     def stretched(self, change: float) -> FrozenProblem:
@@ -361,10 +360,10 @@ def _freeze(
 ) -> FrozenProblem:
     config, frame, target = mpcc.config, linear.frame, mpcc.target
     measured = frame.states_in(state[None])[0]
-    measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
+    measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
     measured[THETA] = min(measured[THETA], target.farthest)
-    theta = linear.states[:, THETA]
-    bounds = stage_bounds(config, target, mpcc.part.direction, theta)
+    theta = linear.stages.states[:, THETA]
+    bounds = stage_bounds(config, mpcc.part.direction, target.farthest)
     objective = config.objective.on_horizon(options.get("objective", CONTOURING))
     objective.bound(bounds, target, theta, mpcc.part.direction, config)
     planes, walls = None, None
@@ -372,11 +371,11 @@ def _freeze(
     if linear.rows is not None:
         body, within = body_of(config.vehicle, PIECES), config.clearance.wanted + NEAR
         near = corridor.contacts(mpcc.index, body, world[1:, :POSE], within=within, outward=OUTWARD)
-        planes = FrozenPlanes.of(near, linear.states[1:])
+        planes = FrozenPlanes.of(near, linear.stages.states[1:])
     weights = linear.weights
     if isinstance(weights, PaperWeights) and weights.bound_distance.any():
         near = corridor.contacts(mpcc.index, POINT, world[:, :POSE], within=SPEED_REACH, outward=0.0)
-        walls = FrozenPlanes.of(near, linear.states)
+        walls = FrozenPlanes.of(near, linear.stages.states)
     return FrozenProblem(
         name=name,
         config=config,
@@ -384,13 +383,13 @@ def _freeze(
         path=FrozenPath.of(mpcc.part, theta, frame),
         target=target,
         frame=frame,
-        states=linear.states,
+        states=linear.stages.states,
         controls=linear.trajectory.controls,
         measured=measured,
-        lengths=linear.lengths,
+        lengths=linear.stages.lengths,
         weights=_unchanging(weights),
         nearing=_nearing(mpcc, linear, walls),
-        bounds=_widened(bounds, measured, linear.lengths, config),
+        bounds=_widened(bounds, measured, linear.stages.lengths, config),
         planes=planes,
         walls=walls,
         damping=options.get("damping", 0.0),
@@ -410,18 +409,19 @@ def modelled(
 ) -> QuadraticCost:
     """The model of the cost about states (N+1, 6), controls (N, 3), as the package makes it."""
     errors, wheelbase = frenet_errors(states, reference, part.direction), config.vehicle.wheelbase
-    terms = None
+    cost = quadratic_cost(states, controls, weights, errors, config.comfort, wheelbase)
     if isinstance(weights, PaperWeights):
-        terms = partial(
-            add_paper_terms, states, controls, errors, weights, soft_walls(walls, states), wheelbase
-        )
-    return quadratic_cost(states, controls, weights, errors, goal, wheelbase, config.comfort, terms=terms)
+        near = soft_walls(walls, states)
+        add_paper_terms(states, weights, near, wheelbase, cost.state_hessian, cost.state_gradient)
+        add_weight_slopes(errors, controls, near, weights, cost.state_gradient)
+    add_goal(cost, weights, states[-1], goal)
+    return cost
 
 
-def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls | None:
+def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls:
     """The half-planes of the rear axle at `states` (n, 6) as the cost takes them."""
     if walls is None:
-        return None
+        return SoftWalls(np.full((len(states), 2), np.inf), np.zeros((len(states), 2, 2)))
     distance = np.ascontiguousarray(walls.at(states).apart[:, 0, :2])
     return SoftWalls(distance=distance, normal=np.ascontiguousarray(walls.normal[:, 0, :2]))
 
@@ -432,7 +432,7 @@ def _unchanging(weights: StageWeights) -> StageWeights:
 
 def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -> Array:
     """The gradient of the cycle's cost in theta, less that of weights that do not change."""
-    states, controls = linear.states, linear.trajectory.controls
+    states, controls = linear.stages.states, linear.trajectory.controls
     reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
     goal = linear.frame.pose_in(mpcc.target.pose)
     whole, same = (

@@ -9,7 +9,7 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.course.guess import arrival_guess, cruise_guess
+from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
 from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.footprint import clearances
@@ -50,7 +50,7 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     distance = mpcc.target.theta - state[THETA]
     guess = arrival_guess(
-        mpcc.part, mpcc.target, state, times, distance, speed_profile_of(mpcc.part, config), config
+        Course(mpcc.part, mpcc.target), state, times, distance, speed_profile_of(mpcc.part, config), config
     )
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
@@ -59,7 +59,9 @@ def guessed(mpcc: RtiMpcc, state: Array) -> Trajectory:
     """The first guess of a cruise."""
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
-    return cruise_guess(mpcc.part, mpcc.target, state, times, speed_profile_of(mpcc.part, config), config)
+    return cruise_guess(
+        Course(mpcc.part, mpcc.target), state, times, speed_profile_of(mpcc.part, config), config
+    )
 
 
 def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:

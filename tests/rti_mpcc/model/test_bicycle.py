@@ -54,8 +54,8 @@ def test_the_step_is_the_linearised_one_and_that_of_one_state() -> None:
     reached = step(states, controls, lengths, WHEELBASE)
     linearised = linearised_step(states, controls, lengths, WHEELBASE).state
     np.testing.assert_allclose(reached, linearised, rtol=1e-13, atol=1e-13)
-    for k, (a, rate, progress) in enumerate(controls.tolist()):
-        one = step_one(a, rate, progress, float(lengths[k]), WHEELBASE, *states[k].tolist())
+    for k in range(len(states)):
+        one = step_one(tuple(states[k]), tuple(controls[k]), float(lengths[k]), WHEELBASE)
         np.testing.assert_allclose(one, reached[k], rtol=1e-13, atol=1e-13)
 
 

@@ -1,19 +1,24 @@
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, STATES, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import TURNING_SHARE, Change, StageBounds, stage_bounds
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
+from rti_mpcc.types import Array
 
 SPEED, STEERING, PROGRESS = (int(np.flatnonzero(quantity == BOUNDED)[0]) for quantity in (V, DELTA, THETA))
 LIMITS = Limits(speed=4.0, acceleration=2.0, steering=0.5, steering_rate=0.7)
-THETAS = np.linspace(0.0, 30.0, 71)
+END = 30.0
 
 
 def bounds(
@@ -22,7 +27,7 @@ def bounds(
     turns = bool(changes.pop("turns", False))
     config = ControllerConfig.model_validate({"limits": LIMITS, **changes})
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=theta, theta_end=30.0, kind=kind)
-    return stage_bounds(config, target, direction, THETAS, turns=turns)
+    return stage_bounds(config, 0 if turns else direction, target.farthest)
 
 
 def test_limits_are_those_of_the_vehicle() -> None:
@@ -45,9 +50,8 @@ def test_each_part_has_one_direction_of_motion() -> None:
 
 
 def test_each_stage_has_the_speed_that_its_own_room_allows() -> None:
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     most = np.linspace(1.0, 8.0, 70)
-    got = stage_bounds(ControllerConfig(limits=LIMITS), target, 1, THETAS, most=most)
+    got = stage_bounds(ControllerConfig(limits=LIMITS), 1, END, most)
     np.testing.assert_array_equal(got.states[:, 1, SPEED], np.minimum(most, 4.0))
 
 
@@ -70,9 +74,8 @@ def test_progress_ends_just_behind_the_stop_point(theta: float) -> None:
 
 
 def test_bounds_are_of_what_acts() -> None:
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     config = ControllerConfig(limits=LIMITS)
-    got = stage_bounds(config, target, 1, THETAS, disturbance=Disturbance(acceleration=-0.3, steering=0.04))
+    got = stage_bounds(config, 1, END, disturbance=Disturbance(acceleration=-0.3, steering=0.04))
     np.testing.assert_allclose(got.controls[:, :, A], [[-2.3, 1.7]] * 70)
     np.testing.assert_allclose(got.states[:, :, STEERING], [[-0.46, 0.54]] * 70)
     np.testing.assert_allclose(got.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * 70)
@@ -82,11 +85,16 @@ LENGTHS = np.append(0.05, np.full(69, 0.1))
 STRAIGHT = np.zeros((len(LENGTHS), CONTROLS))
 
 
+def stages(speeds: ArrayLike, planned: Array = STRAIGHT) -> PlanStages:
+    states = np.zeros((len(LENGTHS) + 1, STATES))
+    states[:-1, V] = speeds
+    return PlanStages(states, planned, LENGTHS)
+
+
 def changing(before: float, speed: float, *, rests: bool = False) -> StageBounds:
     config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
-    change = Change(before, np.full(len(LENGTHS), speed), STRAIGHT, LENGTHS, rests)
-    return stage_bounds(config, target, 1, THETAS, change=change)
+    change = Change(before, stages(speed), END if rests else inf)
+    return stage_bounds(config, 1, END, change=change)
 
 
 def test_the_acceleration_leaves_the_one_before_at_the_comfort_jerk() -> None:
@@ -120,26 +128,24 @@ def test_a_plan_that_ends_at_rest_lets_the_brakes_go_at_the_comfort_jerk() -> No
 
 def test_the_wheels_turn_within_comfort_next_to_rest_and_where_nothing_presses() -> None:
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     speeds = np.where(np.arange(len(LENGTHS)) < 10, -0.05, -0.5)
-    unpressed = Change(0.0, speeds, STRAIGHT, LENGTHS, pressed=False)
-    got = stage_bounds(config, target, -1, THETAS, change=unpressed._replace(pressed=True))
+    unpressed = Change(0.0, stages(speeds), pressed=False)
+    got = stage_bounds(config, -1, END, change=unpressed._replace(pressed=True))
     np.testing.assert_allclose(got.controls[:10, :, DELTA_DOT], [[-0.3, 0.3]] * 10)
     np.testing.assert_allclose(got.controls[10:, :, DELTA_DOT], [[-0.7, 0.7]] * (len(LENGTHS) - 10))
-    calm = stage_bounds(config, target, -1, THETAS, change=unpressed)
+    calm = stage_bounds(config, -1, END, change=unpressed)
     np.testing.assert_allclose(calm.controls[:, :, DELTA_DOT], [[-0.3, 0.3]] * len(LENGTHS))
     paper = ControllerConfig.paper(limits=LIMITS, comfort_steering_rate=0.3)
-    free = stage_bounds(paper, target, -1, THETAS, change=unpressed)
+    free = stage_bounds(paper, -1, END, change=unpressed)
     np.testing.assert_allclose(free.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * len(LENGTHS))
 
 
 def test_a_steering_rate_beyond_comfort_may_go_on_a_little_less_in_the_next_plan() -> None:
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
-    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     turning = np.linspace(-0.9, 0.6, len(LENGTHS))
     planned = STRAIGHT.copy()
     planned[:, DELTA_DOT] = turning
-    change = Change(0.0, np.full(len(LENGTHS), 0.5), planned, LENGTHS, pressed=False)
-    got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, DELTA_DOT]
+    change = Change(0.0, stages(0.5, planned), pressed=False)
+    got = stage_bounds(config, 1, END, change=change).controls[:, :, DELTA_DOT]
     most = np.clip(TURNING_SHARE * np.abs(turning), 0.3, LIMITS.steering_rate)
     np.testing.assert_allclose(got, np.stack([-most, most], axis=1))

@@ -16,6 +16,8 @@ from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     STRIP,
     CorridorRows,
+    Deficit,
+    Trailing,
     corridor_rows,
     free_response,
     margin_deficit,
@@ -151,18 +153,10 @@ def relieved(
     if not missing.any():
         return rows.lower
     over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
-    return relaxed_bounds(
-        rows.lower,
-        missing,
-        elapsed,
-        np.full(len(elapsed), travelled),
-        np.zeros(5) if trails is None else trails,
-        margin,
-        NOISE,
-        np.full(rows.lower.shape[2], margin if most is None else most),
-        over,
-        0.0,
-    )
+    deficit = Deficit(margin, missing, np.full_like(over, margin if most is None else most), over)
+    trailing = Trailing(np.zeros(5) if trails is None else trails, 0.0)
+    way = np.full(len(elapsed), travelled)
+    return relaxed_bounds(rows.lower, deficit, elapsed, way, trailing, NOISE)
 
 
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(

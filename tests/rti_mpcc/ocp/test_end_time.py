@@ -10,12 +10,12 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Ride
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.course.guess import arrival_guess
+from rti_mpcc.course.guess import Course, arrival_guess
 from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.model.bicycle import linearised_step, rollout
 from rti_mpcc.model.layout import A, V
 from rti_mpcc.ocp.end_time import LEAST_TIME, EndTime, end_time
-from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import PlanStages, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, StageWeights, arrival_weights
 from rti_mpcc.ocp.targets import path_end
 from rti_mpcc.types import Array
@@ -37,8 +37,8 @@ def found(seconds: float, latest: float = inf) -> tuple[EndTime, Array]:
     lengths = stage_lengths(seconds, FIRST, N)
     states = rollout(STATE, CONTROLS, lengths, WHEELBASE)
     reached = linearised_step(states, CONTROLS, lengths, WHEELBASE).state
-    of_plan = states, CONTROLS, reached, lengths
-    return end_time(*of_plan, weighted(lengths), WHEELBASE, CONFIG.comfort, latest), states
+    stages = PlanStages(states, CONTROLS, lengths)
+    return end_time(stages, reached, weighted(lengths), CONFIG.comfort, WHEELBASE, latest), states
 
 
 def test_a_stage_is_left_later_where_it_is_longer() -> None:
@@ -86,7 +86,7 @@ def arrived(ride: Ride, distance: float, speed: float, share: float) -> tuple[fl
     seconds = share * in_closed_form(config, distance, speed)
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     profile = speed_profile_of(part, config)
-    guess = arrival_guess(part, path_end(part), state, times, distance, profile, config)
+    guess = arrival_guess(Course(part, path_end(part)), state, times, distance, profile, config)
     for k in range(20):
         plan = guess if k == 0 else None
         mpcc.prepare(0.0, plan=plan, objective=ArrivalAtRest(), damping=1e-4, before=0.0)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from math import exp, log, tan
 
 import numpy as np
@@ -14,8 +13,8 @@ from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights
-from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, COMFORT_EASE, QuadraticCost, quadratic_cost
-from rti_mpcc.paper.terms import PaperWeights, SoftWalls, WeightSlopes, add_paper_terms
+from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, COMFORT_EASE, QuadraticCost, add_goal, quadratic_cost
+from rti_mpcc.paper.terms import PaperWeights, SoftWalls, WeightSlopes, add_paper_terms, add_weight_slopes
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -111,18 +110,12 @@ class Setting:
     def model(self, weights: PaperWeights) -> QuadraticCost:
         reference = self.part.reference(self.states[:, THETA])
         errors = frenet_errors(self.states, reference, self.part.direction)
-        terms = partial(add_paper_terms, self.states, self.controls, errors, weights, self.walls, WHEELBASE)
-        return quadratic_cost(
-            self.states,
-            self.controls,
-            weights,
-            errors,
-            np.array([self.goal.x, self.goal.y, self.goal.phi]),
-            WHEELBASE,
-            COMFORT,
-            wheels=WHEELS,
-            terms=terms,
-        )
+        cost = quadratic_cost(self.states, self.controls, weights, errors, COMFORT, WHEELBASE)
+        add_paper_terms(self.states, weights, self.walls, WHEELBASE, cost.state_hessian, cost.state_gradient)
+        add_weight_slopes(errors, self.controls, self.walls, weights, cost.state_gradient)
+        goal = np.array([self.goal.x, self.goal.y, self.goal.phi])
+        add_goal(cost, weights, self.states[-1], goal, WHEELS)
+        return cost
 
     def cost(self, states: Array, controls: Array, w: PaperWeights) -> float:
         """Eq. (C1)-(C4), (W7) stage by stage, walls as the straight lines that they are near the plan."""

@@ -147,7 +147,7 @@ def test_the_speed_profile_falls_to_a_share_of_the_speed_that_stops_behind_the_e
     profile = SpeedProfile(final=1.0, deceleration=1.0, behind=0.5)
     config = ControllerConfig.paper(objective=PaperObjective(speed_profile=profile, progress_reverses=True))
     goal = target(theta=30.0 + behind)
-    got = stage_bounds(config, goal, direction, THETAS)
+    got = stage_bounds(config, direction, goal.farthest)
     DynamicContouring().bound(got, goal, THETAS, direction, config)
     speed = got.states[:, int(direction > 0), SPEED] * direction
     expected = np.sqrt(final**2 + 2.0 * (30.0 - THETAS[1:]))

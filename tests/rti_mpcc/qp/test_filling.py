@@ -12,12 +12,15 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, NO_ROWS, CorridorRows
 from rti_mpcc.ocp.end_time import FIXED_END
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
     ROW_SCALING_MOST,
+    FillOptions,
+    HorizonProblem,
     QpValues,
     empty_values,
     fill,
@@ -86,9 +89,9 @@ def filled(
 ) -> QpValues:
     values = values or empty_values(pattern)
     scaling = 1.0, ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
-    linearised = parts.cost, parts.step, parts.bounds, parts.rows
-    plan = parts.states, parts.controls, parts.lengths
-    fill(values, pattern, *linearised, FIXED_END, *plan, SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling)
+    stages = PlanStages(parts.states, parts.controls, parts.lengths)
+    problem = HorizonProblem(stages, parts.cost, parts.step, parts.bounds, parts.rows, FIXED_END)
+    fill(values, pattern, problem, FillOptions(SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling))
     fill_initial(values, pattern, parts.initial)
     return values
 
