@@ -7,17 +7,18 @@ and p that point from the rear axle, all in the frame of the states (geometry.co
 (H2)  n_x dx + n_y dy + (p_x n_y - p_y n_x) dphi + slack >= margin - rho
 
 Between two sides that face each other the margin is at most what they leave to the body as it stands at that
-stage, less a strip to steer in, but no less than the body's hard minimum:
+stage, less a strip to steer in, but no less than the body's hard minimum, where a thin strip is left to it:
 
-(H8)  margin' = max(min(margin, (rho + rho')/2 - strip), d_min)
+(H8)  margin' = max(min(margin, room - STRIP), min(d_min, room - THIN)),    room = (rho + rho')/2
 
-over all pieces, `strip` being `STRIP`. A slack that nothing can make smaller would cost by
-the time spent in it: the narrower the lane, the more it would pay to hurry.
+over all pieces. A slack that nothing can make smaller would cost by the time spent in it: the narrower the
+lane, the more it would pay to hurry. Neither side's multiplier would be known, and the QP takes a thousand
+iterations.
 """
 
 from __future__ import annotations
 
-from math import cos, sin, tan
+from math import cos, inf, sin, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ LOOSE = -100.0
 are 0 besides: a row that never binds still drags on the solver's steps."""
 STRIP = 0.03
 """Left to either side to steer in, of what is between two walls [m]: rows that all bind say the same."""
+THIN = 0.01
+"""The same where d_min gives way [m]; whether a motion keeps the least clearance says the exact check."""
 MARGIN_TIME = 1.5
 """T, so long the plan may take to give back the corridor's margin [s], (H4). Over 3 s or 5 s the vehicle came
 nearer to walls, and steered harder all the same (docs/decisions, 9)."""
@@ -88,23 +91,28 @@ def corridor_rows(
         near: rows act on what is nearer than the margin and this [m].
     """
     shape = contacts.values.shape[:3]
-    kept = margin if least is None else least
+    least_and_thin = (margin, -inf) if least is None else (least, THIN)
     rows = CorridorRows(np.zeros((*shape, POSE)), np.full(shape, LOOSE))
-    return rows if _corridor_rows(headings, contacts.values, margin, near, kept, rows) else None
+    return rows if _corridor_rows(headings, contacts.values, margin, near, least_and_thin, rows) else None
 
 
 @kernel
 def _corridor_rows(
-    headings: Array1, contacts: Array4, margin: float, near: float, least: float, rows: CorridorRows
+    headings: Array1,
+    contacts: Array4,
+    margin: float,
+    near: float,
+    least_and_thin: tuple[float, float],
+    rows: CorridorRows,
 ) -> bool:
     """Equations (H2), (H8). Returns whether any row acts."""
-    acting, (slopes, lower) = False, rows
+    acting, (slopes, lower), (least, thin) = False, rows, least_and_thin
     stages, pieces, sides = lower.shape
     for k in range(stages):
         c, s = cos(headings[k]), sin(headings[k])
         for side in range(sides):
-            left = between(contacts, k, side) - STRIP
-            kept = min(margin, max(left, least))
+            room = between(contacts, k, side)
+            kept = min(margin, max(room - STRIP, min(least, room - thin)))
             for piece in range(pieces):
                 apart = contacts[k, piece, side, APART]
                 if apart >= margin + near:

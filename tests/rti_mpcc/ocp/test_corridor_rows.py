@@ -15,6 +15,7 @@ from rti_mpcc.ocp.corridor_rows import (
     MARGIN_TIME,
     MEASURED,
     STRIP,
+    THIN,
     CorridorRows,
     Deficit,
     Trailing,
@@ -106,7 +107,7 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
 def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
     half = 0.5 * Vehicle().width
-    for room, kept in ((0.5, MARGIN), (0.11, 0.11 - STRIP), (0.06, 0.05)):
+    for room, kept in ((0.5, MARGIN), (0.11, 0.11 - STRIP), (0.06, 0.05), (0.055, 0.055 - THIN)):
         corridor = Corridor.from_offsets(path, left=half + room, right=-half - room)
         states = np.array([[10.0, 0.02, 0.0, 0.0, 0.0, 0.0]])
         contacts = contacts_of(corridor, states)
