@@ -172,11 +172,14 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
 def _turn_back(disturbance: Disturbance, times: Array1, states: Out2, controls: Out2) -> None:
     """Equation (O4), from what acts to what is measured and commanded."""
     d, o, gain, turn = disturbance
-    for k in range(len(states)):
-        states[k, DELTA] = measured_steering(states[k, DELTA], o, turn)
     for k in range(len(controls)):
         controls[k, A] = (controls[k, A] - d) / gain
-        controls[k, DELTA_DOT] = (states[k + 1, DELTA] - states[k, DELTA]) / (times[k + 1] - times[k])
+        # As `Disturbance.commanded_rate`: the angles of the plan differ by its defects, too.
+        length, begin = times[k + 1] - times[k], measured_steering(states[k, DELTA], o, turn)
+        end = measured_steering(states[k, DELTA] + length * controls[k, DELTA_DOT], o, turn)
+        controls[k, DELTA_DOT] = (end - begin) / length
+    for k in range(len(states)):
+        states[k, DELTA] = measured_steering(states[k, DELTA], o, turn)
 
 
 def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:

@@ -148,7 +148,6 @@ def test_a_command_comes_with_the_plan_that_it_belongs_to() -> None:
         assert not any(array.flags.writeable for array in (plan.times, plan.states, plan.controls))
         if command.source is Source.SOLUTION:
             assert command.acceleration == pytest.approx(plan.controls[0, 0], abs=1e-8)
-            # What is learnt of the steering turns it by some 1e-8.
-            assert command.steering_rate == pytest.approx(plan.controls[0, 1], abs=1e-7)
+            assert command.steering_rate == pytest.approx(plan.controls[0, 1], abs=1e-8)
             assert command.speed == pytest.approx(plan.states[1, 3], abs=5e-3)
             assert command.steering == pytest.approx(plan.states[1, 4], abs=5e-3)
