@@ -22,31 +22,31 @@ from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
 from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told
 from benchmarks.yardstick import Yardstick, fixed_set
-from rti_mpcc import Command, ControllerConfig, VehicleState, prepare_process
+from rti_mpcc import Command, ControllerConfig, VehicleState
 from rti_mpcc.cli.arguments import integer
-from rti_mpcc.simulation import driver_of, simulate
+from rti_mpcc.simulation import driver_of
+from rti_mpcc.simulation.batch import Case, drive
 
 COMMAND = "python -m benchmarks.worst_cycles"
 LONGEST = 10
 """That are listed, of each kind of problem."""
+COLUMNS = "deadline_missed", "status", "iterations", "reason"
 DEADLINE = ControllerConfig().deadline
 HEADER = "time [ms]", "p50", "p95", "p99", "max", "count", *(f"p{p} / yardstick" for p in (50, 95, 99))
 
 
 @dataclass(frozen=True, slots=True)
 class Timed:
-    """A controller, and the CPU time of each of its cycles with what it did."""
+    """A controller, and the CPU time of each of its cycles [ms]."""
 
     controller: Any
-    cycles: list[dict[str, Any]] = field(default_factory=list)
+    took: list[float] = field(default_factory=list)
 
     def step(self, state: VehicleState, **given: Any) -> Command:
         """As the controller's."""
         begun = thread_time()
         command: Command = self.controller.step(state, **given)
-        took, seen = 1e3 * (thread_time() - begun), command.diagnostics
-        what = {"status": command.status.value, "iterations": seen.iterations, "reason": seen.reason}
-        self.cycles.append({"ms": took, "late": seen.deadline_missed, **what})
+        self.took.append(1e3 * (thread_time() - begun))
         return command
 
 
@@ -57,10 +57,10 @@ def cycles_of(problems: Problems, count: int, seed: int) -> tuple[pd.DataFrame, 
         case = CampaignCase(seed=seed, level=Level.HARD, index=index, problems=problems, deadline=DEADLINE)
         scenario = case.scenario()
         timed = Timed(driver_of(scenario))
-        prepare_process()
-        result = simulate(scenario, seed=case.run["seed"], controller=timed)
-        found.append(pd.DataFrame(timed.cycles))
-        docked += result.ended == "docked"
+        driven = drive(Case(scenario=scenario, **case.run), timed)
+        cycles = {name: getattr(driven.result.cycles, name) for name in COLUMNS}
+        found.append(pd.DataFrame({"ms": timed.took, **cycles}))
+        docked += driven.figures["docked"]
     return pd.concat(found), docked
 
 
@@ -78,7 +78,7 @@ def main() -> None:
         first = cycles.index == 0
         for name, some in (("first cycle", cycles[first]), ("others", cycles[~first])):
             row = ratio_row(f"{problems.value}, {name}", distribution(some["ms"]), yardstick.p50)
-            rows.append([*row, f"{docked} of {asked.count}", str(int(some["late"].sum()))])
+            rows.append([*row, f"{docked} of {asked.count}", str(int(some["deadline_missed"].sum()))])
         print(cycles.nlargest(LONGEST, "ms").to_string(), end="\n\n")
     source = origin(f"{COMMAND} --count {asked.count} --seed {asked.seed}")
     text = f"{table([*HEADER, 'docked', 'deadline missed'], rows)}\n\n{told(source)}"

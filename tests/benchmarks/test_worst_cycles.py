@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.problems.case import Problems
 from benchmarks.worst_cycles import cycles_of
+from rti_mpcc import Status
 
 
 def test_each_cycle_of_each_drive_is_timed() -> None:
@@ -13,5 +14,5 @@ def test_each_cycle_of_each_drive_is_timed() -> None:
     assert list(cycles.index).count(0) == 2  # each drive has a first cycle
     assert len(cycles) > 500
     assert cycles["iterations"].sum() > len(cycles)
-    assert {"following", "docked"} <= set(cycles["status"])
-    assert not cycles["late"].any()  # the tests' clock stands
+    assert {Status.FOLLOWING, Status.DOCKED} <= set(cycles["status"])
+    assert not cycles["deadline_missed"].any()  # the tests' clock stands
