@@ -58,6 +58,8 @@ def test_a_turned_wall_is_simplified_to_the_same_points(turn: float) -> None:
 def test_a_wall_that_turns_back_keeps_its_tip() -> None:
     there_and_back = np.array([(0.0, 0.0), (4.0, 0.0), (9.0, 0.0), (5.0, 0.0), (2.0, 0.0)])
     np.testing.assert_array_equal(simplified(there_and_back, SMOOTH), there_and_back[[0, 2, 4]])
+    spike = there_and_back[[0, 2, 4]]
+    np.testing.assert_array_equal(simplified(spike, SMOOTH), spike)
 
 
 def test_bodies_far_and_near_against_all_lines() -> None:
