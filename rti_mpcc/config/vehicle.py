@@ -17,9 +17,10 @@ _log = logging.getLogger(__name__)
 class Comfort(NamedTuple):
     """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s], [m/s³].
 
-    The jerk is that of the acceleration along the vehicle. Kernels take it whole (geometry.compiled).
+    The jerk is that of the acceleration along the vehicle.
     """
 
+    # Kernels take it: what geometry.compiled keeps is of these fields.
     acceleration: float
     lateral_acceleration: float
     steering_rate: float
