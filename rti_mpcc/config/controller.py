@@ -28,8 +28,11 @@ from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
-DEADLINE_SHARE = 0.6
-"""Of the cycle: the rest is the loop's, for sensors, actuators and a garbage collection."""
+DEADLINE_SHARE = 0.3
+"""Of the cycle: the rest is the loop's, for sensors, actuators and a garbage collection. With 0.6 the longest
+cycles of 100 `hard` rides took 34 ms, with 0.3 they take 19 ms, and the rides as long (docs/performance.md)."""
+SHORT_SHARE, SHORT_DEADLINE = 0.6, 0.01
+"""A short cycle has this share of its time, up to so much [s]: a plan takes no less time in it."""
 COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
 RAMP = 0.4
@@ -83,9 +86,9 @@ class ControllerConfig(Settings):
             paper's objectives stall as they did.
         escape_speed: a vehicle whose body overlaps something may creep at up to this speed [m/s] along a
             motion on which the overlap falls all the way; 0: it stands.
-        deadline: of one step [s]; None: none; not given: `DEADLINE_SHARE` of the cycle. The solver gets what
-            is left of it, a plan that comes later is not driven in its cycle. Above `EXIT`, with which alone
-            no plan could ever be found.
+        deadline: of one step [s]; None: none; not given: `DEADLINE_SHARE` of the cycle, of a short one more.
+            The solver gets what is left of it, a plan that comes later is not driven in its cycle. Above
+            `EXIT`, with which alone no plan could ever be found.
     """
 
     former: ClassVar = {
@@ -168,7 +171,8 @@ class ControllerConfig(Settings):
     def _in_time(self) -> Self:
         """Take the deadline from the cycle where none was given."""
         if "deadline" not in self.model_fields_set:
-            object.__setattr__(self, "deadline", DEADLINE_SHARE * self.cycle)
+            least = min(SHORT_SHARE * self.cycle, SHORT_DEADLINE)
+            object.__setattr__(self, "deadline", max(DEADLINE_SHARE * self.cycle, least))
         return self
 
     @cached_property

@@ -105,9 +105,10 @@ def test_presets_take_changes() -> None:
 
 
 def test_the_deadline_follows_the_cycle_unless_it_is_given() -> None:
-    assert ControllerConfig().deadline == pytest.approx(0.03)
-    assert ControllerConfig().changed(cycle=0.02).deadline == pytest.approx(0.012)
-    assert ControllerConfig.paper(cycle=0.1).deadline == pytest.approx(0.06)
+    assert ControllerConfig().deadline == pytest.approx(0.015)
+    assert ControllerConfig().changed(cycle=0.02).deadline == pytest.approx(0.01)
+    assert ControllerConfig(cycle=0.005).deadline == pytest.approx(0.003)
+    assert ControllerConfig.paper(cycle=0.1).deadline == pytest.approx(0.03)
     assert ControllerConfig(deadline=None).changed(cycle=0.02).deadline is None
     assert ControllerConfig(deadline=0.02).changed(cycle=0.1).deadline == 0.02
 
