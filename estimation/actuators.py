@@ -26,8 +26,6 @@ MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
 GATHERING = 5.0
 """After so long [s] what the comparisons found is gathered, before the start of the ride is out of memory."""
-REST_MEMORY = 1.0
-"""At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
 INTERVAL = 0.1
 """Between two comparisons [s] in the first `GATHERING` of a ride; `RARELY` times that later on."""
@@ -111,10 +109,8 @@ class ActuatorRecord(NamedTuple):
         )
 
 
-def with_cycle(
-    record: ActuatorRecord, command: SentCommand, measurement: Measurement, at_rest: bool = False
-) -> ActuatorRecord:
-    """With a command, and what was measured after it; `at_rest`: the vehicle stands."""
+def with_cycle(record: ActuatorRecord, command: SentCommand, measurement: Measurement) -> ActuatorRecord:
+    """With a command, and what was measured after it."""
     sent, measured, first = record.sent, record.measured, record.first
     if not len(sent):
         acting = np.array((0.0, command.setpoint, command.rate))
@@ -122,8 +118,8 @@ def with_cycle(
     elif command.at <= sent[-1, AT]:  # it takes the place of the last one at once
         command, sent = command._replace(at=float(sent[-1, AT])), sent[:-1]
     if not len(measured) or measurement.at - measured[-1, AT] >= SPACING - 1e-9:
-        since = measurement.at - (REST_MEMORY if at_rest else MEMORY)
-        measured = _longer(measured[measured[:, AT].searchsorted(since) :], measurement)
+        since = measured[:, AT].searchsorted(measurement.at - MEMORY)
+        measured = _longer(measured[since:], measurement)
     return record._replace(sent=_longer(sent, command), measured=measured, first=first)
 
 
