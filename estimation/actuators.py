@@ -22,13 +22,10 @@ from geometry.arrays import locked
 STEP: Final = 0.05
 DEAD_TIMES: Final = STEP * np.arange(11)
 """Of the bank [s], from the shortest one on by which the present one is in it."""
-GRID = 0.1  # so fine is the grid of the bank [s]
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
 GATHERING = 5.0
 """After so long [s] what the comparisons found is gathered, before the start of the ride is out of memory."""
-REST_MEMORY = 1.0
-"""At rest only so much counts [s]: a vehicle that is held there says nothing of its drive."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
 INTERVAL = 0.1
 """Between two comparisons [s] in the first `GATHERING` of a ride; `RARELY` times that later on."""
@@ -43,8 +40,6 @@ NEAR = 0.055
 depends on that."""
 EVIDENCE = 20.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
-UNKNOWN = 0.8
-"""Delay of an actuator of which nothing is known [s]."""
 KEPT = 0.9
 """Of the evidence of earlier seconds, each `GATHERING`: a brake that is weak once is no lag after a minute in
 which there was none."""
@@ -89,7 +84,6 @@ class ActuatorRecord(NamedTuple):
         obeys_setpoints: they explain the measurements better than the rates.
         corrected: (dead time, lag) that the present model was corrected to first, or by more than `TOLD` [s]
             last; None: it was not.
-        uncertain: so much later than by the present model [s] the actuator may answer, by what is known.
     """
 
     sent: Array = _NO_ROWS
@@ -104,7 +98,6 @@ class ActuatorRecord(NamedTuple):
     gathered_at: float | None = None
     obeys_setpoints: bool = False
     corrected: tuple[float, float] | None = None
-    uncertain: float = UNKNOWN
 
     def restarted(self) -> ActuatorRecord:
         """After a time of which it is not known what was driven."""
@@ -113,14 +106,11 @@ class ActuatorRecord(NamedTuple):
             fresh=self.fresh,
             obeys_setpoints=self.obeys_setpoints,
             corrected=self.corrected,
-            uncertain=self.uncertain,
         )
 
 
-def with_cycle(
-    record: ActuatorRecord, command: SentCommand, measurement: Measurement, at_rest: bool = False
-) -> ActuatorRecord:
-    """With a command, and what was measured after it; `at_rest`: the vehicle stands."""
+def with_cycle(record: ActuatorRecord, command: SentCommand, measurement: Measurement) -> ActuatorRecord:
+    """With a command, and what was measured after it."""
     sent, measured, first = record.sent, record.measured, record.first
     if not len(sent):
         acting = np.array((0.0, command.setpoint, command.rate))
@@ -128,8 +118,8 @@ def with_cycle(
     elif command.at <= sent[-1, AT]:  # it takes the place of the last one at once
         command, sent = command._replace(at=float(sent[-1, AT])), sent[:-1]
     if not len(measured) or measurement.at - measured[-1, AT] >= SPACING - 1e-9:
-        since = measurement.at - (REST_MEMORY if at_rest else MEMORY)
-        measured = _longer(measured[measured[:, AT].searchsorted(since) :], measurement)
+        since = measured[:, AT].searchsorted(measurement.at - MEMORY)
+        measured = _longer(measured[since:], measurement)
     return record._replace(sent=_longer(sent, command), measured=measured, first=first)
 
 
@@ -182,8 +172,6 @@ def compare_models(
     agrees = better and record.found is not None and abs(sum(model) - sum(record.found)) <= 2.0 * NEAR
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
-    total = dead_times[:, None] + LAGS
-    later = float(total[(against - against[best]).min(axis=0) < EVIDENCE].max()) - sum(changed or present)
     record = _gathered(record, fresh, at)
     record = record._replace(
         compared_at=at,
@@ -192,7 +180,6 @@ def compare_models(
         suspected=model if explains and evidence > SUSPICION and changed is None else None,
         obeys_setpoints=bool(best[0] == 1),
         corrected=changed if changed and _is_news(changed, record.corrected) else record.corrected,
-        uncertain=min(max(later - GRID, 0.0), UNKNOWN if changed else record.uncertain),
     )
     return record, changed
 

@@ -91,6 +91,7 @@ def test_set_points_are_continuous() -> None:
 @pytest.mark.parametrize(
     ("seed", "told"),
     [
+        (4_700_003, False),  # what is learnt of the drive while it swings at rest
         (4_700_024, False),  # commands under way when the steering is found to lag are counted once
         (4_700_029, False),  # set-points that are held: what lag left in the disturbance is not in them
         (4_700_066, False),  # a drive later by 0.15 s, seen in a gentle ride only
