@@ -26,9 +26,9 @@ from benchmarks.yardstick import Yardstick, fixed_set
 from rti_mpcc import prepare_process
 
 COMMAND = "python -m benchmarks.fleet"
-SCENARIO, CYCLES = "docking_inside", 60  # of each controller, after its first one
+SCENARIO, CYCLES = "docking_inside", 40  # of each controller, after its first one
 COUNTS = 1, 30, 300
-LEAST = 30  # drives for each time: a few controllers are driven several times
+ROUNDS = 3  # at least, with one thread and with two; the least times count
 MADE = 30  # controllers, whose median time counts
 HEADER = "controllers", "cycles a CPU second", "cycle / yardstick", "a second", "with 2 threads", "gain"
 NEEDS = "a controller", "to make, p50 [ms]", "/ yardstick", "pickled [MB]", "RSS [MB]"
@@ -62,21 +62,17 @@ def stepped(drive: Drive, count: int, threads: int) -> Speed:
     return Speed(cycles=cycles, cpu=cpu, wall=wall, memory=(resident() - before) / count)
 
 
-def total(drive: Drive, count: int, threads: int) -> Speed:
-    """As `stepped`, as often as `LEAST` drives take; memory is that of the first time."""
-    runs = [stepped(drive, count, threads) for _ in range(max(1, LEAST // count))]
-    cycles, cpu, wall, _ = map(sum, zip(*runs, strict=True))
-    return Speed(cycles=int(cycles), cpu=cpu, wall=wall, memory=runs[0].memory)
+def least(runs: Sequence[Speed]) -> Speed:
+    """The least times of runs of as many cycles each, with the memory of the first one."""
+    cpu, wall = min(run.cpu for run in runs), min(run.wall for run in runs)
+    return runs[0]._replace(cpu=cpu, wall=wall)
 
 
-def speed_row(count: int, one: Speed, two: Speed | None, yardstick: float) -> list[str]:
-    """Of `HEADER`: with one thread and, if there are several controllers, with two."""
-    ratio, rate = 1e3 * one.cpu / one.cycles / yardstick, one.cycles / one.wall
-    row = [str(count), number(one.cycles / one.cpu, 0), number(ratio, 2), number(rate, 0)]
-    if two is None:
-        return [*row, "–", "–"]
-    both = two.cycles / two.wall
-    return [*row, number(both, 0), number(both / rate, 2)]
+def speed_row(count: int, one: Speed, two: Speed, yardstick: float) -> list[str]:
+    """Of `HEADER`, with one thread and with two."""
+    values = number(one.cycles / one.cpu, 0), number(1e3 * one.cpu / one.cycles / yardstick, 2)
+    rates = number(one.cycles / one.wall, 0), number(two.cycles / two.wall, 0)
+    return [str(count), *values, *rates, number(one.wall / two.wall, 2) if count > 1 else "–"]
 
 
 def main() -> None:
@@ -90,9 +86,12 @@ def main() -> None:
     times = timeit.repeat(drive.controller, timer=thread_time, number=1, repeat=MADE)
     speeds = {}
     for count in track(COUNTS[::-1]):  # first the most: memory that others leave would be used again
-        yardstick.measure()
-        speeds[count] = total(drive, count, 1), total(drive, count, 2) if count > 1 else None
-    yardstick.measure()
+        runs = []
+        for _ in range(max(ROUNDS, COUNTS[1] // count)):  # in turn: other work comes and goes
+            yardstick.measure()
+            runs.append([stepped(drive, count, threads) for threads in (1, 2)])
+        one, two = (least(each) for each in zip(*runs, strict=True))
+        speeds[count] = one, two
     rows = [speed_row(count, *speeds[count], yardstick.p50) for count in COUNTS]
     p50, size = 1e3 * float(np.median(times)), len(pickle.dumps(controller)) / 2**20
     values = p50, p50 / yardstick.p50, size, speeds[max(COUNTS)][0].memory
