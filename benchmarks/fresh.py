@@ -64,6 +64,7 @@ DATED: Mapping[str, str] = {
     "benchmarks.foreign_faults": "half an hour",
     "benchmarks.measure_speed": "an idle machine",
     "benchmarks.worst_cycles": "an idle machine",
+    "benchmarks.fleet": "an idle machine",
     "benchmarks.measure_narrow": "an idle machine",
     "benchmarks.measure_planner": "an idle machine",
     "benchmarks.measure_solver": "an idle machine",
