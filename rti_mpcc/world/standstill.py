@@ -181,7 +181,8 @@ class AxisMotion:
     def beside(self, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
-        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known.
+        By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known. A speed
+        that is measured the same all the time may be that of a sensor in its dead band: then by poses.
         A lag of the drive that is not known, about `lag` [s], is no such acceleration.
         """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
@@ -192,7 +193,7 @@ class AxisMotion:
         ).T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise.along, lag)
-        if self.unseen != 0.0:
+        if self.unseen != 0.0 or len({m.measured for m in self.moments}) == 1:
             return by_poses
         by_speeds = _coefficient(t, (one,), rates, speeds - gained, self.noise.speed, lag)
         return min(by_poses, by_speeds, key=lambda each: each[1])

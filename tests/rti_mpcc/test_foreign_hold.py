@@ -25,6 +25,7 @@ from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
 UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
+CREEPING: dict[str, object] = {"creep": 0.3, "uphill": GOAL[2]}
 
 
 @pytest.mark.parametrize(
@@ -36,8 +37,12 @@ UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
         replace(PLAIN, dead_band=0.1),
         replace(PLAIN, tolerance=0.005),
         replace(PLAIN, wheelbase=0.5, tolerance=0.02, actuators=UPHILL),
+        # The speed that is measured says that it stands, and so that the commands balance what acts.
+        replace(
+            PLAIN, wheelbase=2.24, tolerance=0.016, dead_band=0.1, actuators={**CREEPING, "slope": -0.032}
+        ),
     ],
-    ids=["slope", "lag", "creep", "dead band", "5 mm", "small"],
+    ids=["slope", "lag", "creep", "dead band", "5 mm", "small", "creep and dead band"],
 )
 def test_a_foreign_vehicle_stays_where_it_docked(draw: Draw) -> None:
     stay = stay_of(draw, draw.drive(after=20.0))
