@@ -30,7 +30,8 @@ EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 DEADLINE_SHARE = 0.3
 """Of the cycle: the rest is the loop's, for sensors, actuators and a garbage collection. With 0.6 the longest
-cycles of 100 `hard` rides took 34 ms, with 0.3 they take 19 ms, the rides as long (docs/performance.md)."""
+cycles of 100 `hard` rides took 34 ms, with 0.3 they take 18 ms, but for one, and the rides are as long
+(docs/performance.md)."""
 SHORT_SHARE, SHORT_DEADLINE = 0.6, 0.01
 """A short cycle has this share of its time, up to so much [s]: a plan takes no less time in it."""
 COMFORT_ACCELERATION = 0.4
