@@ -48,7 +48,7 @@ SLICE_ITERATIONS = 48
 """So many are done in one go, then the step size is adapted, and it is asked whether to go on. OSQP's own
 time limit stops anywhere, which could not be played back."""
 LOST_AFTER = FINE_ITERATIONS + SLICE_ITERATIONS
-"""A QP that is not solved by then does not get there from the one before it: it starts again as a cold one.
+"""A QP that is not solved by then does not get there from the one before it: it starts again, by `LOST`.
 One in a hundred comes here, and mostly takes 24 more (docs/decisions, 4). Plans without a free end, those of
 the paper, keep to their guess, and so does a QP with more patience: its vehicle is far outside, and its
 multipliers are as large as the slack's weight."""
@@ -79,6 +79,9 @@ than to the tolerance (docs/decisions, 4)."""
 COLD = Steps(rho=1.0, over_relaxation=1.6)
 """From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
 the fewest with a larger first step."""
+LOST = Steps(rho=30.0, over_relaxation=1.6)
+"""Where a QP starts again. Its best step size is 80 to 300, and from 1 OSQP does not come there: it adapts
+only what is wrong by five times (docs/decisions, 11)."""
 
 _EXTENSION: Any = osqp.OSQP().ext
 _INFINITY = float(_EXTENSION.OSQP_INFTY)
@@ -247,7 +250,7 @@ class QpSolver:
                 break
             lost = self._steps.fine and patience == 1 and done == LOST_AFTER
             if lost and len(self._pattern.time_column):
-                self._start_from(COLD)
+                self._start_from(LOST)
         if not solved or not finite:
             self.forget()
             status = AT_LIMIT if done >= allowed else str(info.status)

@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import COLD, LOST_AFTER, SLICE_ITERATIONS, WARM, QpSolution, QpSolver, Steps
+from rti_mpcc.qp.solver import COLD, LOST, LOST_AFTER, SLICE_ITERATIONS, WARM, QpSolution, QpSolver, Steps
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -100,12 +100,12 @@ def test_a_qp_is_solved_to_the_tolerance_and_soon_again_from_its_solution(
 
 
 def test_a_qp_that_its_guess_misleads_starts_again() -> None:
-    """It has the whole of a cold start's iterations left, and the next QP its own steps again."""
+    """It has all iterations of a start from nothing left, and the next QP its own steps again."""
     pattern = build_pattern(STAGES, 2, 2, free_end=True)
     values, usual = problem(pattern, 1), SolverSettings()
     far = np.full(len(values.gradient), 1e4), np.full(len(values.lower), -1e5)
     cold, warm = QpSolver(pattern, usual), QpSolver(pattern, usual)
-    cold.update(values, COLD)
+    cold.update(values, LOST)
     warm.update(values, WARM)
     afresh, misled = solve(cold, values), warm.solve(values, *far)
     assert misled.solved
