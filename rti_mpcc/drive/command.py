@@ -175,11 +175,11 @@ def _turn_back(disturbance: Disturbance, times: Array1, states: Out2, controls: 
     for k in range(len(controls)):
         controls[k, A] = (controls[k, A] - d) / gain
         # As `Disturbance.commanded_rate`: the angles of the plan differ by its defects, too.
-        length, begin = times[k + 1] - times[k], measured_steering(states[k, DELTA], o, turn)
-        end = measured_steering(states[k, DELTA] + length * controls[k, DELTA_DOT], o, turn)
-        controls[k, DELTA_DOT] = (end - begin) / length
-    for k in range(len(states)):
-        states[k, DELTA] = measured_steering(states[k, DELTA], o, turn)
+        length, acting = times[k + 1] - times[k], states[k, DELTA]
+        end = measured_steering(acting + length * controls[k, DELTA_DOT], o, turn)
+        states[k, DELTA] = measured_steering(acting, o, turn)
+        controls[k, DELTA_DOT] = (end - states[k, DELTA]) / length
+    states[-1, DELTA] = measured_steering(states[-1, DELTA], o, turn)
 
 
 def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:

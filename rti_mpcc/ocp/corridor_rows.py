@@ -82,37 +82,32 @@ NO_ROWS = CorridorRows(np.empty((0, 0, 0, POSE)), np.empty((0, 0, 0)))
 
 
 def corridor_rows(
-    headings: Array, contacts: Contacts, margin: float, least: float | None = None, near: float = NEAR
+    headings: Array, contacts: Contacts, margin: float, least: float = inf, near: float = NEAR
 ) -> CorridorRows | None:
     """Rows (H2) of N stages with these `headings` (N,) [rad] and `contacts`; None if none acts.
 
     Args:
-        margin: [m]; least: d_min of (H8) [m], None: the margin is kept whatever is left.
+        margin: [m]; least: d_min of (H8) [m], inf: the margin is kept whatever is left.
         near: rows act on what is nearer than the margin and this [m].
     """
     shape = contacts.values.shape[:3]
-    least_and_thin = (margin, -inf) if least is None else (least, THIN)
     rows = CorridorRows(np.zeros((*shape, POSE)), np.full(shape, LOOSE))
-    return rows if _corridor_rows(headings, contacts.values, margin, near, least_and_thin, rows) else None
+    return rows if _corridor_rows(headings, contacts.values, margin, near, least, rows) else None
 
 
 @kernel
 def _corridor_rows(
-    headings: Array1,
-    contacts: Array4,
-    margin: float,
-    near: float,
-    least_and_thin: tuple[float, float],
-    rows: CorridorRows,
+    headings: Array1, contacts: Array4, margin: float, near: float, least: float, rows: CorridorRows
 ) -> bool:
     """Equations (H2), (H8). Returns whether any row acts."""
-    acting, (slopes, lower), (least, thin) = False, rows, least_and_thin
+    acting, (slopes, lower) = False, rows
     stages, pieces, sides = lower.shape
     for k in range(stages):
         c, s = cos(headings[k]), sin(headings[k])
         for side in range(sides):
             room = between(contacts, k, side)
-            kept = min(margin, max(room - STRIP, min(least, room - thin)))
+            floor = min(least, room - THIN) if least < inf else margin
+            kept = min(margin, max(room - STRIP, floor))
             for piece in range(pieces):
                 apart = contacts[k, piece, side, APART]
                 if apart >= margin + near:
