@@ -20,7 +20,7 @@ import numpy as np
 from rich.progress import track
 
 from benchmarks.standing_costs import resident
-from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
+from benchmarks.tables import command_line, number, origin, publish, table, told
 from benchmarks.workload import Drive, feed, record
 from benchmarks.yardstick import Yardstick, fixed_set
 from rti_mpcc import prepare_process
@@ -69,10 +69,10 @@ def least(runs: Sequence[Speed]) -> Speed:
 
 
 def speed_row(count: int, one: Speed, two: Speed, yardstick: float) -> list[str]:
-    """Of `HEADER`, with one thread and with two."""
+    """Of `HEADER`, with one thread and, if there are several controllers, with two."""
     values = number(one.cycles / one.cpu, 0), number(1e3 * one.cpu / one.cycles / yardstick, 2)
-    rates = number(one.cycles / one.wall, 0), number(two.cycles / two.wall, 0)
-    return [str(count), *values, *rates, number(one.wall / two.wall, 2) if count > 1 else "–"]
+    both = number(two.cycles / two.wall, 0), number(one.wall / two.wall, 2)
+    return [str(count), *values, number(one.cycles / one.wall, 0), *(both if count > 1 else ("–", "–"))]
 
 
 def main() -> None:
@@ -97,9 +97,8 @@ def main() -> None:
     values = p50, p50 / yardstick.p50, size, speeds[max(COUNTS)][0].memory
     needs = [SCENARIO, *(number(each, 2) for each in values)]
     text = f"{table(HEADER, rows)}\n\n{table(NEEDS, [needs])}\n\n{told(origin(COMMAND))}"
-    print(text, f"Yardstick: {yardstick.p50:.2f} ms.", sep="\n")
-    if asked.docs:
-        replace_block(ROOT / "docs" / "performance.md", "fleet", text)
+    publish("performance.md", {"fleet": text}, docs=asked.docs)
+    print(f"Yardstick: {yardstick.p50:.2f} ms.")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from rich.progress import track
 
 from benchmarks.problems.case import CampaignCase
 from benchmarks.problems.levels import Level
-from benchmarks.tables import ROOT, command_line, named, number, origin, replace_block, table, told
+from benchmarks.tables import command_line, named, number, origin, publish, table, told
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import RunResult, Scenario, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.campaign import drive_case
@@ -202,11 +202,8 @@ def main() -> None:
     blocks["hardest"] = table(header, hardest(asked.draws, asked.seed))
     header = ["level", "cases", "cases a second of CPU"]
     blocks["throughput"] = table(header, throughput(4 * asked.draws, asked.seed))
-    for name, text in blocks.items():
-        print(f"{text}\n")
-        if asked.docs:
-            said = told(source) if name == "throughput" else named(source)
-            replace_block(ROOT / "docs" / "performance.md", name, f"{text}\n\n{said}")
+    said = {name: told(source) if name == "throughput" else named(source) for name in blocks}
+    publish("performance.md", {name: f"{blocks[name]}\n\n{said[name]}" for name in blocks}, docs=asked.docs)
 
 
 if __name__ == "__main__":

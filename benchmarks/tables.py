@@ -76,6 +76,14 @@ def replace_block(file: Path, name: str, text: str) -> None:
     file.write_text(f"{head}{begin}\n{text}\n{end}{tail}", encoding="utf-8")
 
 
+def publish(page: str, blocks: Mapping[str, str], *, docs: bool) -> None:
+    """Print the texts of blocks by their names, and put them into a page of docs/ if they are to be there."""
+    for name, text in blocks.items():
+        print(f"{text}\n")
+        if docs:
+            replace_block(ROOT / "docs" / page, name, text)
+
+
 def write_table(
     file: Path, name: str, header: Sequence[str], rows: Sequence[Sequence[str]], source: dict[str, Any]
 ) -> None:

@@ -20,7 +20,7 @@ from rich.progress import track
 from benchmarks.figures import distribution, ratio_row
 from benchmarks.problems.case import CampaignCase, Problems
 from benchmarks.problems.levels import Level
-from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told
+from benchmarks.tables import command_line, origin, publish, table, told
 from benchmarks.yardstick import Yardstick, fixed_set
 from rti_mpcc import Command, ControllerConfig, VehicleState
 from rti_mpcc.cli.arguments import integer
@@ -82,9 +82,8 @@ def main() -> None:
         print(cycles.nlargest(LONGEST, "ms").to_string(), end="\n\n")
     source = origin(f"{COMMAND} --count {asked.count} --seed {asked.seed}")
     text = f"{table([*HEADER, 'docked', 'deadline missed'], rows)}\n\n{told(source)}"
-    print(text, f"Yardstick: {yardstick.p50:.2f} ms.", sep="\n")
-    if asked.docs:
-        replace_block(ROOT / "docs" / "performance.md", "worst", text)
+    publish("performance.md", {"worst": text}, docs=asked.docs)
+    print(f"Yardstick: {yardstick.p50:.2f} ms.")
 
 
 if __name__ == "__main__":
