@@ -104,10 +104,10 @@ def test_a_qp_that_its_guess_misleads_starts_again() -> None:
     pattern = build_pattern(STAGES, 2, 2, free_end=True)
     values, usual = problem(pattern, 1), SolverSettings()
     far = np.full(len(values.gradient), 1e4), np.full(len(values.lower), -1e5)
-    cold, warm = QpSolver(pattern, usual), QpSolver(pattern, usual)
-    cold.update(values, LOST)
+    fresh, warm = QpSolver(pattern, usual), QpSolver(pattern, usual)
+    fresh.update(values, LOST)
     warm.update(values, WARM)
-    afresh, misled = solve(cold, values), warm.solve(values, *far)
+    afresh, misled = solve(fresh, values), warm.solve(values, *far)
     assert misled.solved
     assert misled.iterations == LOST_AFTER + afresh.iterations
     np.testing.assert_array_equal(misled.primal, afresh.primal)
