@@ -49,7 +49,7 @@ SLICE_ITERATIONS = 48
 time limit stops anywhere, which could not be played back."""
 LOST_AFTER = FINE_ITERATIONS + SLICE_ITERATIONS
 """A QP that is not solved by then does not get there from the one before it: it starts again, by `LOST`.
-One in a hundred comes here, and mostly takes 24 more (docs/decisions, 4). Plans without a free end, those of
+One in a hundred comes here, and takes some 50 more (docs/decisions, 4). Plans without a free end, those of
 the paper, keep to their guess, and so does a QP with more patience: its vehicle is far outside, and its
 multipliers are as large as the slack's weight."""
 CHECK_INTERVAL = 6
