@@ -49,9 +49,9 @@ SLICE_ITERATIONS = 48
 time limit stops anywhere, which could not be played back."""
 LOST_AFTER = FINE_ITERATIONS + SLICE_ITERATIONS
 """A QP that is not solved by then does not get there from the one before it: it starts again, by `LOST`.
-One in a hundred comes here, and takes some 50 more (docs/decisions, 4). Plans without a free end, those of
-the paper, keep to their guess, and so does a QP with more patience: its vehicle is far outside, and its
-multipliers are as large as the slack's weight."""
+One in a hundred comes here (docs/decisions, 4). Plans without a free end, those of the paper, keep to their
+guess, and so does a QP with more patience: its vehicle is far outside, and its multipliers are as large as
+the slack's weight."""
 CHECK_INTERVAL = 6
 """Iterations between two termination checks."""
 
@@ -63,12 +63,14 @@ class Steps(NamedTuple):
         rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
         fine: it is to come to the fine tolerance in its first iterations.
         row_scaling: how much less bounds that are far off count at most, see `qp.filling.ROW_SCALING_FROM`.
+        scaling: passes of OSQP's own scaling of rows and columns.
     """
 
     rho: float
     over_relaxation: float
     fine: bool = False
     row_scaling: float = 1.0
+    scaling: int = 0
 
 
 WARM = Steps(rho=3.0, over_relaxation=1.0, fine=True, row_scaling=ROW_SCALING_MOST)
@@ -79,9 +81,9 @@ than to the tolerance (docs/decisions, 4)."""
 COLD = Steps(rho=1.0, over_relaxation=1.6)
 """From a first guess, where rows come to act that are far from it: there may be hundreds of iterations to do,
 the fewest with a larger first step."""
-LOST = Steps(rho=30.0, over_relaxation=1.6)
-"""Where a QP starts again. Its best step size is 80 to 300, and from 1 OSQP does not come there: it adapts
-only what is wrong by five times (docs/decisions, 11)."""
+LOST = COLD._replace(scaling=2)
+"""Where a QP starts again: set up anew, in 1.4 ms. The QP's units suit stages of a second; in a ride of a
+minute and a half some last 5 s, and OSQP finds no step size for all of them (docs/decisions, 11)."""
 
 _EXTENSION: Any = osqp.OSQP().ext
 _INFINITY = float(_EXTENSION.OSQP_INFTY)
@@ -192,8 +194,8 @@ class QpSolver:
         for name in ("cost", "gradient", "constraints"):
             if not all_finite(getattr(values, name)):
                 return f"{name} not finite"
-        if self._osqp is None:
-            return self._set_up(values)
+        if self._osqp is None or self._osqp_settings.scaling != steps.scaling:
+            return self._set_up(values, steps)
         error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
         error = error or self._osqp.update_data_mat(
             P_x=values.cost, P_i=None, A_x=values.constraints, A_i=None
@@ -221,8 +223,6 @@ class QpSolver:
             return self.nothing(self._refused(error))
         self._osqp.warm_start(primal, dual)
         self._keeps = True
-        if self._osqp_settings.alpha != self._steps.over_relaxation:  # after a QP that has started again
-            self._set(alpha=self._steps.over_relaxation)
         settings, done, seconds = self._settings, 0, 0.0
         allowed = patience * settings.max_iterations
         while True:
@@ -249,8 +249,8 @@ class QpSolver:
             if solved or info.status_val not in UNFINISHED or not finite or done >= allowed:
                 break
             lost = self._steps.fine and patience == 1 and done == LOST_AFTER
-            if lost and len(self._pattern.time_column):
-                self._start_from(LOST)
+            if lost and len(self._pattern.time_column) and (refused := self._set_up(values, LOST)):
+                return self.nothing(refused, iterations=done, seconds=seconds)
         if not solved or not finite:
             self.forget()
             status = AT_LIMIT if done >= allowed else str(info.status)
@@ -261,36 +261,33 @@ class QpSolver:
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
         if self._osqp is not None and self._keeps:
-            self._start_from(self._steps)
+            rows, columns = self._pattern.shape
+            self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
+            self._step_by(self._steps)
             self._keeps = False
-
-    def _start_from(self, steps: Steps) -> None:
-        """From zero, with these steps."""
-        rows, columns = self._pattern.shape
-        self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
-        self._step_by(steps)
 
     def _step_by(self, steps: Steps) -> None:
         self._set(alpha=steps.over_relaxation)
         if self._osqp.update_rho(steps.rho):
             self._osqp = None
 
-    def _set_up(self, values: QpValues) -> str:
+    def _set_up(self, values: QpValues, steps: Steps) -> str:
         if not _taken(values.lower, values.upper, _INFINITY, *self._bounds):
             return BAD_BOUNDS
         settings, (rows, columns) = self._settings, self._pattern.shape
+        self._osqp = None
         self._osqp_settings = _EXTENSION.OSQPSettings()
         _EXTENSION.osqp_set_default_settings(self._osqp_settings)
         self._set(
-            rho=self._steps.rho,
-            alpha=self._steps.over_relaxation,
+            rho=steps.rho,
+            alpha=steps.over_relaxation,
             adaptive_rho_interval=SLICE_ITERATIONS,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
             max_iter=SLICE_ITERATIONS,
             check_termination=CHECK_INTERVAL,
             polishing=self._polish,
-            scaling=0,
+            scaling=steps.scaling,
             check_dualgap=False,
             warm_starting=True,
             verbose=False,
