@@ -81,6 +81,18 @@ def brake(
     return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)
 
 
+def _mean_deceleration(speed: float, deceleration: float, config: ControllerConfig) -> float:
+    """The constant deceleration [m/s²] that stops in the distance in which `brake` does, releasing the brakes
+    with a = sqrt(j v): from v = a² / j on in 2/3 sqrt(v³ / j), which is a³ / (6 j²) more."""
+    comfort, speed = config.comfort, abs(speed)
+    jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
+    if deceleration > config.firm_deceleration or speed == 0.0:
+        return deceleration
+    if speed < deceleration**2 / jerk:
+        return 0.75 * sqrt(jerk * speed)
+    return 1.0 / (1.0 / deceleration + deceleration**3 / (3.0 * (jerk * speed) ** 2))
+
+
 def shifted_plan(
     plan: Trajectory | None, accepted_at: float | None, context: PlanningContext
 ) -> Trajectory | None:
@@ -190,7 +202,7 @@ def braking_in_time(
     """
     speed, found = float(context.state[V]), []
     for plan in (None,) if along is None else (along, None):
-        motion = braking(context, wanted, plan)
+        motion = braking(context, _mean_deceleration(speed, wanted, context.config), plan)
         distance = collision_check.clear_distance(s, motion, context.config)
         needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, context.config))
         found.append((motion, needed, plan))
