@@ -34,7 +34,7 @@ from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
 from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
 from rti_mpcc.qp.pattern import BOUND_UNIT
-from rti_mpcc.qp.solver import COLD, FINE_ITERATIONS, FINE_TOLERANCE, WARM, Steps
+from rti_mpcc.qp.solver import FINE_ITERATIONS, FINE_TOLERANCE, MORE_ITERATIONS, OVER_RELAXATION, RHO
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.metrics import untimed
 
@@ -111,10 +111,6 @@ def not_docked(runs: list[dict[str, Any]]) -> str:
     return " ".join(told) or "All of them docked."
 
 
-def _steps(admm: Steps) -> str:
-    return f"{admm.rho:g}, {admm.over_relaxation:g}"
-
-
 def constant_rows() -> list[list[str]]:
     """Numbers of the method, read from the settings, or from where they act."""
     return [
@@ -133,14 +129,17 @@ def constant_rows() -> list[list[str]]:
             "`qp.filling.ROW_SCALING_FROM`",
             f"{ROW_SCALING_FROM:g}",
         ],
-        ["OSQP tolerance, iterations", "`SolverSettings`", f"{SOLVER.tolerance:g}, {SOLVER.max_iterations}"],
         [
-            "fine tolerance, iterations",
+            "tolerance, iterations of OSQP",
+            "`SolverSettings`, `qp.solver`",
+            f"{SOLVER.tolerance:g}, {MORE_ITERATIONS}",
+        ],
+        [
+            "the same before, fine",
             "`qp.solver`",
             f"{FINE_TOLERANCE:g}, {FINE_ITERATIONS}",
         ],
-        ["ρ, α from cycle to cycle", "`qp.solver.WARM`", _steps(WARM)],
-        ["ρ, α from a first guess on", "`qp.solver.COLD`", _steps(COLD)],
+        ["ρ, α", "`qp.solver`", f"{RHO:g}, {OVER_RELAXATION:g}"],
         ["effort fades below [s]", "`ocp.objectives.FIRM_TIME`", f"{FIRM_TIME:g}"],
         ["shortest time to go [s]", "`rti_mpcc.ocp.end_time.LEAST_TIME`", f"{LEAST_TIME:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{GOAL_CLIP}"],

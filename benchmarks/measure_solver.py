@@ -4,6 +4,7 @@
 
 Drives four scenarios and keeps every twelfth QP that was solved, with the guess that it was begun from. OSQP
 solves each again to the same tolerance in all ways: as the controller does it, and with one thing changed.
+The interior point solves each to its own tolerance.
 Prints the table and, with `--docs`, writes it into docs/decisions/04-solver-settings.md.
 """
 
@@ -24,9 +25,11 @@ from benchmarks.tables import ROOT, command_line, number, origin, replace_block,
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
+from rti_mpcc.qp.filling import QpValues
+from rti_mpcc.qp.interior_point import solve_exactly
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.qp.solver import CHECK_INTERVAL
+from rti_mpcc.qp.solver import CHECK_INTERVAL, OVER_RELAXATION, RHO
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.types import Array
 
@@ -118,15 +121,15 @@ def solved(qp: QpProblem, check: int) -> tuple[int, float]:
         qp.constraints,
         qp.lower,
         qp.upper,
-        rho=0.1,
-        alpha=1.0,
+        rho=RHO,
+        alpha=OVER_RELAXATION,
         eps_abs=TOLERANCE,
         eps_rel=TOLERANCE,
         max_iter=2000,
         check_termination=check,
         scaling=0,
         check_dualgap=False,
-        adaptive_rho_interval=48,
+        adaptive_rho=False,
         warm_starting=True,
         verbose=False,
     )
@@ -137,6 +140,13 @@ def solved(qp: QpProblem, check: int) -> tuple[int, float]:
         iterations = int(info.iter)
         times.append(float(info.solve_time))
     return iterations, 1e6 * min(times)
+
+
+def solved_exactly(qp: QpProblem, pattern: QpPattern, scaling: Array) -> tuple[int, float]:
+    """PIQP's iterations, and its time [µs] with set-up."""
+    values = QpValues(qp.cost.data, qp.gradient, qp.constraints.data, qp.lower, qp.upper, scaling)
+    found = [solve_exactly(pattern, values) for _ in range(REPEATS)]
+    return found[0].iterations, 1e6 * min(each.seconds for each in found)
 
 
 CHECK = CHECK_INTERVAL
@@ -154,11 +164,18 @@ WAYS: dict[str, Way] = {
 """What is done to a QP, and how often OSQP looks whether it has come to an end."""
 
 
+INTERIOR_POINT = "by the interior point, with set-up"
+
+
 def rows(problems: list[Recorded]) -> list[list[str]]:
     """One row of the table for each way."""
     lines = []
-    for name, (changed, check) in track(WAYS.items(), "solving", transient=True):
-        found = np.array([solved(changed(*one), check) for one in problems])
+    for name in track((*WAYS, INTERIOR_POINT), "solving", transient=True):
+        changed, check = WAYS.get(name, (as_it_is, CHECK))
+        exactly = name == INTERIOR_POINT
+        found = np.array(
+            [solved_exactly(*one) if exactly else solved(changed(*one), check) for one in problems]
+        )
         iterations, times = found[:, 0], found[:, 1]
         p50, p95 = np.percentile(iterations, (50.0, 95.0))
         each = float(np.median(times / iterations))

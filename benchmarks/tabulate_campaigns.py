@@ -75,7 +75,9 @@ def rides(columns: Sequence[dict[str, Any]]) -> str:
         for name in (*COMFORT, OVER_GAIN)
     ]
     rows += [[said, *(several(each[name]) for each in columns)] for name, said in words.items()]
-    rows.append(["cycles with a QP at its iteration limit [%]", *(_at_limit(each) for each in columns)])
+    rows.append(
+        ["cycles with a QP solved by the interior point [%]", *(_by_interior_point(each) for each in columns)]
+    )
     return table(header, rows)
 
 
@@ -89,9 +91,9 @@ def driven(reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {**origin(COMMAND), "commit": commits.pop(), "changed": changed, "date": date}
 
 
-def _at_limit(figures: dict[str, Any]) -> str:
+def _by_interior_point(figures: dict[str, Any]) -> str:
     cycles = sum(figures["cycles_by_status"].values())
-    return number(100.0 * figures["iteration_limit_cycles"] / cycles, 4)
+    return number(100.0 * figures["interior_point_cycles"] / cycles, 4)
 
 
 def difficulty(rows: pd.DataFrame) -> pd.DataFrame:

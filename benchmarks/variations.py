@@ -10,10 +10,7 @@ from typing import Any
 from rti_mpcc.config import SolverSettings, Weights
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.paper import PUBLISHED
-from rti_mpcc.qp.solver import WARM
 from rti_mpcc.types import Array
-
-PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +37,9 @@ SHORT = {"simulation.duration": 60.0}
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 BLENDING = "rti_mpcc.paper.terms._add_slopes"
 OWN_UNIT = {"rti_mpcc.qp.pattern.BOUND_UNIT": 1.0}
-RELAXED = {"rti_mpcc.controller.WARM": WARM._replace(over_relaxation=1.6)}
+RELAXED = {"rti_mpcc.qp.solver.OVER_RELAXATION": 1.6}
 UNSCALED = {"rti_mpcc.controller.ROW_SCALING_FROM": 1e9}
-TIGHT = {"solver": SolverSettings(max_iterations=20_000, tolerance=1e-7)}
+TIGHT = {"solver": SolverSettings(tolerance=1e-7)}
 COARSE = {"rti_mpcc.qp.solver.FINE_TOLERANCE": SolverSettings().tolerance}
 IN_FULL = {"rti_mpcc.ocp.objectives.FIRM_TIME": 1e-9}
 
@@ -57,27 +54,26 @@ def _as_they_are(lower: Array, *_: object) -> Array:
 
 
 VARIATIONS = (
-    Variation("a", "as it is", "long_approach", settings=PATIENT),
+    Variation("a", "as it is", "long_approach"),
     Variation(
         "a",
         "linear progress reward, speed at its bound",
         "long_approach",
-        settings={**PATIENT, "weights": Weights(virtual_speed=0.0)},
+        settings={"weights": Weights(virtual_speed=0.0)},
     ),
-    Variation("b", "as it is", "docking_behind", settings=PATIENT),
-    Variation("b", "bound rows in their own unit", "docking_behind", settings=PATIENT, patches=OWN_UNIT),
+    Variation("b", "as it is", "docking_behind"),
+    Variation("b", "bound rows in their own unit", "docking_behind", patches=OWN_UNIT),
     Variation(
         "b",
         "the same with tolerance 1e-4",
         "docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
+        settings={"solver": SolverSettings(tolerance=1e-4)},
         patches=OWN_UNIT,
     ),
     Variation(
         "c",
         "half-planes of far boundaries stay in the QP",
         "docking_behind",
-        settings=PATIENT,
         patches={
             "rti_mpcc.ocp.stage_contacts.NEAR": 1e3,
             "rti_mpcc.controller.corridor_rows": partial(corridor_rows, near=1e3),
@@ -91,7 +87,6 @@ VARIATIONS = (
         "e",
         "progress of an arrival without a weight of its own",
         "docking_behind",
-        settings=PATIENT,
         patches={"rti_mpcc.controller.IDLE_WEIGHT": 1e-6},
     ),
     Variation("f", "as it is", "docking_behind", preset="paper"),
@@ -109,12 +104,11 @@ VARIATIONS = (
         preset="paper",
         patches={"rti_mpcc.controller.corridor_rows": _nothing},
     ),
-    Variation("g", "as it is", "docking_full_course", settings=PATIENT, changes=SHORT),
+    Variation("g", "as it is", "docking_full_course", changes=SHORT),
     Variation(
         "g",
         "no damping (full Gauss-Newton steps)",
         "docking_full_course",
-        settings=PATIENT,
         patches={"rti_mpcc.drive.search.DAMPING": 0.0, "rti_mpcc.drive.search.FIRST_DAMPING": 0.0},
         changes=SHORT,
     ),
@@ -122,7 +116,6 @@ VARIATIONS = (
         "g",
         "without the curvature of the dynamics, (Q1)",
         "docking_full_course",
-        settings=PATIENT,
         patches={CURVATURE: _nothing},
         changes=SHORT,
     ),
@@ -142,11 +135,11 @@ VARIATIONS = (
         Variation(letter, what, scenario, settings=settings, patches=patches)
         for scenario in ("docking_behind", "long_approach")
         for letter, what, settings, patches in (
-            ("o", "as it is", PATIENT, {}),
+            ("o", "as it is", {}, {}),
             ("o", "tight: all QPs to 1e-7", TIGHT, {"rti_mpcc.qp.solver.FINE_TOLERANCE": 1e-7}),
-            ("o", "bounds in their own units at any distance", PATIENT, UNSCALED),
-            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, RELAXED),
-            ("q", "no fine tolerance first", PATIENT, COARSE),
+            ("o", "bounds in their own units at any distance", {}, UNSCALED),
+            ("p", "over-relaxation 1.6", {}, RELAXED),
+            ("q", "no fine tolerance first", {}, COARSE),
         )
     ),
 )

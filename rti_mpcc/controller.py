@@ -37,7 +37,6 @@ from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import add_goal, add_residual, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
-    CRUISE_UNIT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
     FillOptions,
@@ -51,14 +50,8 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import COLD, WARM, Ends, QpSolution, QpSolver, Steps
+from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Objective, Trajectory
-
-FAR_SHARE = 0.1
-"""Of the margin, that must be missing for a vehicle to be far outside."""
-PATIENCE = 10
-"""While it is, a QP may take so many times the configured iterations at least: what presses it back in at all
-stages adds up, and it takes the solver long to find how much (docs/decisions, 9)."""
 
 
 class RtiMpcc:
@@ -124,8 +117,6 @@ class RtiMpcc:
         plan: Trajectory | None = None,
         objective: HorizonObjective = CONTOURING,
         damping: float = 0.0,
-        steps: Steps | None = None,
-        again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
         before: float | None = None,
         first: bool = True,
@@ -139,8 +130,6 @@ class RtiMpcc:
             plan: a trajectory to start afresh from, with nothing kept of the last solution.
             objective: what is asked for, if `DockingObjective.on_horizon` has nothing in its place.
             damping: how little one iteration is trusted, see `fill`; it moves no fixed point.
-            steps: of the solver; None: `WARM` from a solution, `COLD` from a `plan`, far from its optimum.
-            again: the same QP is resumed: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
             first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can,
@@ -151,12 +140,9 @@ class RtiMpcc:
         objective = config.objective.on_horizon(objective)
         self.target = target = target or self.target
         last = (last or self._last) if plan is None else None
-        if plan is not None and not again:
-            self._solver.forget()
         plan = last.trajectory if last is not None else plan
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
-        steps = steps or (COLD if last is None else WARM)
 
         horizon = objective.horizon(at, config)
         if horizon is None:
@@ -201,11 +187,8 @@ class RtiMpcc:
         if weights.time > 0.0:
             latest = objective.latest - at
             end = end_time(stages, step.state, weights, config.comfort, wheelbase, latest)
-        cruises = config.arrival and objective.kind is Objective.CONTOURING
-        unit = CRUISE_UNIT if cruises else 1.0
         problem = HorizonProblem(stages, cost, step, bounds, rows or NO_ROWS, end)
-        scaling = unit, ROW_SCALING_FROM, steps.row_scaling
-        options = FillOptions(weights.slack, weights.scale, damping, IDLE_WEIGHT, *scaling)
+        options = FillOptions(weights.slack, weights.scale, damping, IDLE_WEIGHT, ROW_SCALING_FROM)
         fill(values, pattern, problem, options)
         if last is not None and len(last.dual) == len(values.lower):
             grown, back = weights.scale / last.weights.scale, states[:-1, :PHI] - step.state[:, :PHI]
@@ -220,29 +203,19 @@ class RtiMpcc:
             rows=rows,
             drift=drift,
             bounds=bounds,
-            refused=self._solver.update(values, steps),
+            refused=self._solver.update(values),
             seconds=perf_counter() - started,
         )
         return self._linearisation
 
     @validated(late=True)
-    def feedback(
-        self,
-        state: Array,
-        at: float,
-        *,
-        ends: Ends | None = None,
-        iterate: tuple[Array, Array] | None = None,
-        patience: int = 1,
-    ) -> Solution:
+    def feedback(self, state: Array, at: float, *, ends: Ends | None = None) -> Solution:
         """Feedback phase: insert the state and solve.
 
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
             ends: see `QpSolver.solve`.
-            patience: see there.
-            iterate: how far this QP was when it was stopped before.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)
@@ -254,15 +227,12 @@ class RtiMpcc:
         measured[THETA] = min(measured[THETA], self.target.farthest)
         change = measured - linear.stages.states[0]
         fill_initial(self._values, self._pattern, change)
-        if self._admit(measured, change, linear):
-            patience = max(patience, PATIENCE)
-        if iterate is None or len(iterate[1]) != len(self._values.lower):
-            iterate = self._first_iterate(change)
-        self._guess = iterate
+        self._admit(measured, change, linear)
+        self._guess = self._first_iterate(change)
         if linear.refused:
             result = self._solver.nothing(linear.refused)
         else:
-            result = self._solver.solve(self._values, *self._guess, ends, patience)
+            result = self._solver.solve(self._values, *self._guess, ends)
         solution = self._read(linear, result, started)
         if solution.solved:
             self._last = solution
@@ -296,22 +266,18 @@ class RtiMpcc:
         beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
         return bool(beyond) or last.most_slack > spare
 
-    def _admit(self, measured: Array, change: Array, linear: Linearisation) -> bool:
+    def _admit(self, measured: Array, change: Array, linear: Linearisation) -> None:
         """Widen bounds on v and delta, and the corridor, as far as a measured state (6,) needs it, which is a
-        `change` (6,) off the one linearised about.
-
-        Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
-        the corridor's margin by more than `FAR_SHARE` of it.
-        """
+        `change` (6,) off the one linearised about."""
         values, pattern, stages = self._values, self._pattern, linear.stages
         bound_rows, comfort = (pattern.bound_rows, pattern.bound_units), self.config.comfort
-        far_out = fill_motion_bounds(values, bound_rows, stages, linear.bounds, measured, comfort)
+        fill_motion_bounds(values, bound_rows, stages, linear.bounds, measured, comfort)
         if linear.rows is None or linear.drift is None:
-            return far_out
+            return
         margin = self.config.clearance.wanted
         missing = margin_deficit(linear.rows, linear.drift, change[:MEASURED])
         if not missing.any():
-            return far_out
+            return
         lack = missing[0].max(axis=0)
         most = np.minimum(np.maximum(lack, margin - self.config.planned_minimum), margin)
         deficit = Deficit(margin, missing, most, np.maximum(lack - margin, 0.0))
@@ -320,7 +286,6 @@ class RtiMpcc:
             linear.rows.lower, deficit, elapsed, travelled, self._trails, CONTACT_TOLERANCE
         )
         fill_corridor_bounds(values, pattern, bounds)
-        return far_out or float(lack.max()) > FAR_SHARE * margin
 
     def _first_iterate(self, change: Array) -> tuple[Array, Array]:
         """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
@@ -359,9 +324,9 @@ class RtiMpcc:
             dual=dual,
             status=result.status,
             iterations=result.iterations,
+            interior_point=result.interior_point,
             residuals=result.residuals,
             stopped=result.stopped,
-            iterate=(result.primal, result.dual) if result.stopped else None,
             prepare_seconds=linear.seconds,
             solve_seconds=result.seconds,
             feedback_seconds=perf_counter() - started,

@@ -9,10 +9,9 @@ from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frenet import LocalFrame
 from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.qp.solver import AT_LIMIT, Stop
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.types import Array, Trajectory
 
-FIRST_PATIENCE = 10  # times the configured iterations of a QP, from a first guess on
 FIRST_DAMPING = 1e-2  # on the change, from a first guess on (docs/decisions/05-damping-and-curvature.md)
 DAMPING = 1e-4  # from cycle to cycle, once it has come down to that
 DAMPING_SHARE = 0.5  # of the last damping, until then
@@ -51,7 +50,7 @@ class Solution:
         slack: (N,) corridor slack of stages 1..N [m]; most_slack: the largest one.
         damping: how little the iteration was trusted, see `RtiMpcc.prepare`.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
-        status, iterations, residuals, stopped: see `QpSolution`; iterate: of a QP that was stopped, or None.
+        status, iterations, interior_point, residuals, stopped: see `QpSolution`.
     """
 
     solved: bool
@@ -63,14 +62,9 @@ class Solution:
     dual: Array
     status: str
     iterations: int
+    interior_point: bool
     residuals: tuple[float, float]
     stopped: Stop | None
-    iterate: tuple[Array, Array] | None
     prepare_seconds: float
     solve_seconds: float
     feedback_seconds: float
-
-    @property
-    def at_limit(self) -> bool:
-        """Its QP had all the iterations that it may have, and was not solved."""
-        return self.status == AT_LIMIT

@@ -102,13 +102,11 @@ class SuspendedSearch:
 
     Attributes:
         solution: the last iterate that was solved, or None; iterations: number of QPs that were solved.
-        iterate: of the QP that was stopped, or None.
         target, arrival: what the plan is for.
     """
 
     solution: Solution | None
     iterations: int
-    iterate: tuple[Array, Array] | None
     target: Target
     arrival: Arrival | None
 
@@ -183,7 +181,7 @@ class Plans:
 
     Attributes:
         solution: the last iterate, which the next cycle resumes, or None.
-        valid: the last plan that passed the checks, driven or not, or None: a clean retry starts from it.
+        valid: the last plan that passed the checks, driven or not, or None: where another objective starts.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         clear_of: number of obstacle changes for which the driven plan was accepted.
         course: number of obstacle changes, and the segment's target pose, for which the end of the course was

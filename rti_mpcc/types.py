@@ -279,8 +279,7 @@ class Diagnostics:
         iterations: OSQP iterations of all QPs of this cycle.
         residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
             where there was no QP.
-        iteration_limit: one of them was not solved within the allowed iterations.
-        retried: the plan was searched again from a clean start.
+        interior_point: one of them was solved by PIQP, as OSQP had not finished it.
         slack: largest corridor slack of the plan [m].
         cause: why the cycle did what it did.
         reason: the same as a sentence, with all remarks.
@@ -303,7 +302,6 @@ class Diagnostics:
     solver_status: str
     iterations: int
     residuals: tuple[float, float]
-    retried: bool
     slack: float
     reason: str
     target: Pose2
@@ -317,7 +315,7 @@ class Diagnostics:
     disturbance: float = 0.0
     steering_offset: float = 0.0
     cause: Reason = Reason.DRIVES
-    iteration_limit: bool = False
+    interior_point: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

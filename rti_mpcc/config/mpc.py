@@ -106,20 +106,18 @@ class Clearance(Settings):
 
 
 class SolverSettings(Settings):
-    """How exactly and how long OSQP solves a QP (docs/decisions, 4 and 6).
+    """How exactly OSQP solves a QP (docs/decisions, 4 and 6).
 
     Attributes:
         tolerance: absolute and relative termination tolerance, on the scaled problem.
-        max_iterations: of one QP; a QP that needs more is not accepted.
     """
 
     former: ClassVar = {
         "fine_tolerance fine_iterations slice_iterations check_interval polish warm cold retry change_weight "
-        "idle_weight bound_unit row_scaling_from row_scaling_most": CONSTANT,
+        "idle_weight bound_unit row_scaling_from row_scaling_most max_iterations": CONSTANT,
     }
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
-    max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
 
 
 class KindOfSettings(Settings):

@@ -26,14 +26,13 @@ from rti_mpcc.course.context import distance_left
 from rti_mpcc.course.guess import Course, arrival_guess
 from rti_mpcc.course.speed_profile import ComfortSpeeds, speed_profile_of
 from rti_mpcc.errors import ConfigError
-from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, FIRST_PATIENCE
+from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest
 from rti_mpcc.ocp.side_clearance import side_clearance_along
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
-from rti_mpcc.qp.solver import COLD, WARM
 from rti_mpcc.types import Array, Trajectory
 
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
@@ -209,7 +208,7 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
     times = stage_times(0.0, stage_lengths(ends, config.cycle, config.stages))
     course = Course(mpcc.part, target)
     guess: Trajectory | None = arrival_guess(course, state, times, left, profile, config)
-    damping, steps = FIRST_DAMPING, COLD
+    damping = FIRST_DAMPING
     for _ in range(PLANNED_ITERATIONS):
         mpcc.prepare(
             0.0,
@@ -217,19 +216,14 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
             plan=guess,
             objective=ArrivalAtRest(),
             damping=damping,
-            steps=steps,
             before=0.0,
         )
-        solution = mpcc.feedback(state, 0.0, patience=FIRST_PATIENCE)
+        solution = mpcc.feedback(state, 0.0)
         before, ends = ends, float(solution.trajectory.times[-1])
-        if not solution.solved:
-            if steps is COLD:
-                break
-            guess, steps = solution.trajectory, COLD  # once more from a clean start
-        elif damping == DAMPING and abs(ends - before) < PLANNED_ACCURACY * ends:
+        settled = damping == DAMPING and abs(ends - before) < PLANNED_ACCURACY * ends
+        if settled or not solution.solved:
             break
-        else:
-            guess, steps, damping = None, WARM, max(DAMPING_SHARE * damping, DAMPING)
+        guess, damping = None, max(DAMPING_SHARE * damping, DAMPING)
     return ends
 
 

@@ -79,9 +79,9 @@ def diagnose(
     """The diagnostics of a cycle whose control acts from `state` (6,) on."""
     attempt, arrives_at = decision.attempt, s.arrives_at
     solutions = attempt.solutions if attempt else ()
-    iterations, prepare, feedback, solve, limit = 0, 0.0, 0.0, 0.0, False
+    iterations, prepare, feedback, solve = 0, 0.0, 0.0, 0.0
     for each in solutions:
-        iterations, limit = iterations + each.iterations, limit or each.at_limit
+        iterations += each.iterations
         prepare, feedback = prepare + each.prepare_seconds, feedback + each.feedback_seconds
         solve += each.solve_seconds
     return Diagnostics(
@@ -93,7 +93,6 @@ def diagnose(
         solver_status=solutions[-1].status if solutions else "",
         iterations=iterations,
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
-        retried=attempt is not None and attempt.retried,
         slack=solutions[-1].most_slack if solutions else 0.0,
         target=target,
         goal=s.goal.estimate,
@@ -108,7 +107,7 @@ def diagnose(
         disturbance=s.vehicle.disturbance.acceleration,
         steering_offset=s.vehicle.disturbance.steering,
         cause=decision.verdict.reason,
-        iteration_limit=limit,
+        interior_point=any(each.interior_point for each in solutions),
     )
 
 

@@ -254,14 +254,8 @@ def _change_over(
 
 def _iterate(s: ControllerState, context: PlanningContext) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
-    valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.from_last(s.plans.solution)
-    if s.plans.solution is None and valid is not None:  # another objective from here on
-        start = search.clean(valid)
-    attempt = search.converge(s, context, start)
-    if attempt.problem and not attempt.out_of_time and valid is not None:
-        clean = search.converge(s, context, search.clean(valid))
-        attempt = attempt.then(replace(clean, retried=True))
+    suspended = s.plans.suspended
+    attempt = search.converge(s, context, search.from_last(s.plans))
     if not attempt.problem:
         return _accept(s, context, attempt, attempt.solved)
     s = s.iterated(attempt.solved)

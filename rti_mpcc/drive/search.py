@@ -14,22 +14,19 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import schedule
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
-from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, FIRST_PATIENCE, Solution
+from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, Solution
 from rti_mpcc.model.bicycle import Extremes, extremes
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.qp.solver import COLD, Steps
-from rti_mpcc.state import ControllerState, SuspendedSearch
-from rti_mpcc.types import Array, Objective, Trajectory
+from rti_mpcc.state import ControllerState, Plans, SuspendedSearch
+from rti_mpcc.types import Objective, Trajectory
 
 ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
 FIRST_ITERATIONS = 3  # from a first guess on, at least; or two, if the second moved the plan < SETTLED
 SETTLED = 0.02  # [m] for each second ahead
-UNSOLVED = 2  # QPs that may remain unsolved from a first guess on
-CLEAN_PATIENCE = 3  # the same once more from a clean start
 CHECKED_SPAN = 2.0  # [s] at the start of a plan over which it has to obey the dynamics,
 POSITION_DEFECT = 0.05  # [m]: with at most this error
 HEADING_DEFECT = radians(2.0)  # [rad]
@@ -48,14 +45,12 @@ class SqpResult:
         problem: why the last one must not be driven, or "".
         corridor_infeasible: it goes through a static obstacle or boundary, or ends in front of it.
         out_of_time: the time was up before the iterations ended.
-        retried: the last ones started clean, after others had failed.
     """
 
     solutions: tuple[Solution, ...]
     problem: str
     corridor_infeasible: bool = False
     out_of_time: bool = False
-    retried: bool = False
 
     @property
     def solved(self) -> Solution | None:
@@ -88,38 +83,33 @@ class InitialIterate:
 
     Attributes:
         last: the solution to resume; guess: or a trajectory to start clean from.
-        iterate: of the first QP, from an earlier cycle.
         least, most: numbers of iterations; settled: fewer than `least` if one of them moves the plan by less
             than this for each second ahead [m/s].
         first: for the first plan of an objective, which must not go through anything static.
         reaching: until it ends within the tolerance of its target.
-        damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
-        unsolved: number of QPs that may remain unsolved.
+        damping: see `RtiMpcc.prepare`.
     """
 
     last: Solution | None = None
     guess: Trajectory | None = None
-    iterate: tuple[Array, Array] | None = None
     most: int
     damping: float
     least: int = 1
     settled: float = 0.0
     first: bool = False
     reaching: bool = False
-    steps: Steps | None = None
-    patience: int = 1
-    unsolved: int = 1
 
 
-def from_last(solution: Solution | None) -> InitialIterate:
-    """One iteration a cycle, more while there is a problem. The damping of a first guess fades."""
-    damping = DAMPING if solution is None else max(DAMPING, DAMPING_SHARE * solution.damping)
+def from_last(plans: Plans) -> InitialIterate:
+    """One iteration a cycle, more while there is a problem. The damping of a first guess fades.
+
+    Where there is no last solution, as for another objective, from the last valid plan.
+    """
+    solution = plans.solution
+    if solution is None:
+        return InitialIterate(guess=plans.valid, most=ITERATIONS, damping=DAMPING)
+    damping = max(DAMPING, DAMPING_SHARE * solution.damping)
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
-
-
-def clean(plan: Trajectory) -> InitialIterate:
-    """Again from the last valid plan, with nothing kept of the solver's results since."""
-    return replace(from_last(None), guess=plan, steps=COLD, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> InitialIterate:
@@ -131,9 +121,6 @@ def from_guess(guess: Trajectory) -> InitialIterate:
         settled=SETTLED,
         most=ITERATIONS,
         damping=FIRST_DAMPING,
-        steps=COLD,
-        patience=FIRST_PATIENCE,
-        unsolved=UNSOLVED,
     )
 
 
@@ -150,7 +137,6 @@ def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
         started,
         last=search.solution,
         guess=guess if search.solution is None else None,
-        iterate=search.iterate,
         least=max(started.least - done, 1),
         most=max(started.most - done, 1),
     )
@@ -159,19 +145,15 @@ def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
 def converge(s: ControllerState, context: PlanningContext, start: InitialIterate) -> SqpResult:
     """Iterate until the last iterate can be driven, or the time is up."""
     solutions: list[Solution] = []
-    problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
+    problem, corridor_infeasible, out_of_time = NO_TIME, False, False
     last, guess = start.last, start.guess
     while len(solutions) < start.most:
         out_of_time = not context.clock.grants()
         if out_of_time:
             problem = problem or NO_TIME
             break
-        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
-        found = _iterate(s, context, begin)
+        found = _iterate(s, context, replace(start, last=last, guess=guess))
         solutions.append(found)
-        if found.solved:
-            last, guess = found, None
-        unsolved += not found.solved
         problem = rejection_reason(found, context.config, s.vehicle.disturbance)
         corridor_infeasible = start.first and _corridor_infeasible(
             found, context.target, context.config, arriving=s.task.arrival is not None
@@ -180,8 +162,9 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
         enough = len(solutions) >= start.least or _settled(solutions, start.settled)
         fits = enough and not problem and not corridor_infeasible
         fits = fits and (not start.reaching or context.reached_by(found.trajectory))
-        if out_of_time or unsolved >= start.unsolved or fits:
+        if fits or not found.solved:
             break
+        last, guess = found, None
     return SqpResult(
         solutions=tuple(solutions),
         problem=problem,
@@ -213,15 +196,11 @@ def _iterate(s: ControllerState, context: PlanningContext, start: InitialIterate
         plan=start.guess,
         objective=s.task.objective,
         damping=start.damping,
-        steps=start.steps,
-        again=start.iterate is not None,
         disturbance=s.vehicle.disturbance,
         before=context.acceleration,
         first=s.plans.driven is None,
     )
-    solution = mpcc.feedback(
-        context.state, context.start_time, ends=clock.ends(), iterate=start.iterate, patience=start.patience
-    )
+    solution = mpcc.feedback(context.state, context.start_time, ends=clock.ends())
     clock.took(solution.stopped)
     return solution
 
@@ -229,18 +208,15 @@ def _iterate(s: ControllerState, context: PlanningContext, start: InitialIterate
 def suspended(
     s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
 ) -> ControllerState:
-    """With a search that ran out of time kept for the next cycle. After an unsolved QP it restarts at the
-    first guess. `done`: iterations before those of the attempt, where it resumes no suspended search."""
+    """With a search that ran out of time kept for the next cycle. `done`: iterations before those of the
+    attempt, where it resumes no suspended search."""
     if not attempt.out_of_time:
         return s.suspending(None)
     before = s.plans.suspended
     if before is not None and not attempt.solutions:
         return s
-    ends = attempt.solutions[-1] if attempt.solutions else None
-    afresh = ends is not None and not (ends.solved or _was_cut(ends))
     search = SuspendedSearch(
-        solution=None if afresh else attempt.solved or (before.solution if before else None),
-        iterate=None if ends is None else ends.iterate,
+        solution=attempt.solved or (before.solution if before else None),
         iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
         target=context.target,
         arrival=s.task.arrival,

@@ -39,15 +39,10 @@ IDLE_WEIGHT = 1e-2
 ROW_SCALING_FROM = 0.02
 """An inequality farther from its bound than this, in units of its row, counts in proportion to that: k times
 less at a distance of k times this. A plan whose shape costs little would be held by bounds that are far off
-for hundreds of iterations (docs/decisions, 4). A row that does come to act from afar takes long: with a first
-guess none is scaled down."""
+for hundreds of iterations (docs/decisions, 4). A row that does come to act from afar takes long: its QP is
+one for the interior point."""
 ROW_SCALING_MOST = 1e4
 """Largest k, for bounds at infinity."""
-
-CRUISE_UNIT = 0.1
-"""While contouring, bounds on the acceleration count in so much of their unit. Such a plan gains speed along
-that bound, and a row that acts takes the longer the larger its unit is. In an arrival, where dT moves these
-bounds all at once, a small unit takes thousands of iterations (docs/decisions, 4)."""
 
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
@@ -90,17 +85,14 @@ class FillOptions(NamedTuple):
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
         idle: weight on the change of progress where nothing else is on it, `IDLE_WEIGHT`.
-        unit: share of their unit in which bounds on the acceleration count, 1 or `CRUISE_UNIT`.
-        scaled_from: `ROW_SCALING_FROM`; most: largest factor on the unit of a row, 1 for none.
+        scaled_from: `ROW_SCALING_FROM`.
     """
 
     slack: float
     scale: float
     damping: float
     idle: float
-    unit: float
     scaled_from: float
-    most: float
 
 
 def empty_values(pattern: QpPattern) -> QpValues:
@@ -214,9 +206,9 @@ def _fill_dynamics(values: QpValues, pattern: QpPattern, step: ModelStep, stages
 
 
 @inner
-def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
+def _row_scaling(distance: float, scaled_from: float) -> float:
     """Factor on the unit of a row whose bound is at `distance`, in this unit."""
-    return min(max(distance / scaled_from, 1.0), most)
+    return min(max(distance / scaled_from, 1.0), ROW_SCALING_MOST)
 
 
 @inner
@@ -232,8 +224,7 @@ def _fill_bounds(
                 here = states[k + 1, BOUNDED[i]] if kind == 0 else controls[k, i]
                 low = (limits[k, 0, i] - here) / pattern.bound_units[kind, i]
                 high = (limits[k, 1, i] - here) / pattern.bound_units[kind, i]
-                share = options.unit if kind == 1 and i == A else 1.0
-                by = share * _row_scaling(min(high, -low) / share, options.scaled_from, options.most)
+                by = _row_scaling(min(high, -low), options.scaled_from)
                 slot, row = pattern.bounds[kind, k, i], pattern.bound_rows[kind, k, i]
                 values.constraints[slot] = pattern.constraint_scale[slot] / by
                 values.row_scaling[row], values.lower[row], values.upper[row] = by, low / by, high / by
@@ -270,7 +261,7 @@ def _fill_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, 
                 row, slots = pattern.corridor_rows[k, piece, side], pattern.half_planes[k, piece, side]
                 acts = side < lower.shape[2]
                 bound = lower[k, piece, side] if acts else LOOSE
-                by = _row_scaling(-bound, options.scaled_from, options.most if acts else ROW_SCALING_MOST)
+                by = _row_scaling(-bound, options.scaled_from)
                 for i in range(POSE):
                     slope = slopes[k, piece, side, i] * scale[slots[i]] if acts else 0.0
                     values.constraints[slots[i]] = slope / by
@@ -288,7 +279,7 @@ def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> 
 def fill_motion_bounds(
     values: QpValues, bound_rows: tuple[Index3, Array2], stages: PlanStages, bounds: StageBounds,
     measured: Array1, comfort: Comfort,
-) -> bool:  # fmt: skip
+) -> None:  # fmt: skip
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,), and bounds on the
     acceleration, need it.
 
@@ -296,15 +287,12 @@ def fill_motion_bounds(
         bound_rows: with their `bound_units`, of the `QpPattern`: all of it would take too long to hand over.
         stages, bounds: of the problem that was filled last.
         comfort: with which v and delta must return: just outside a limit, at rest say, more would be a jerk.
-
-    Returns whether it is by more than the first stage can give back.
     """
-    far_out, lower, upper, (all_rows, units) = False, values.lower, values.upper, bound_rows
+    lower, upper, (all_rows, units) = values.lower, values.upper, bound_rows
     for column in range(2):
         quantity, most = (V, comfort.acceleration) if column == 0 else (DELTA, comfort.steering_rate)
         least, highest = measured[quantity], measured[quantity]
         rows = all_rows[0, :, column]
-        low, high = lower[rows[0]], upper[rows[0]]
         for k in range(len(rows)):
             # As far as comfort and the control's own bounds bring it down, and up.
             least += max(bounds.controls[k, 0, column], -most) * stages.lengths[k]
@@ -315,8 +303,6 @@ def fill_motion_bounds(
             about = stages.states[k + 1, quantity]
             upper[rows[k]] = max(upper[rows[k]], (least - about) / unit)
             lower[rows[k]] = min(lower[rows[k]], (highest - about) / unit)
-        far_out |= lower[rows[0]] < low or upper[rows[0]] > high
-    return far_out
 
 
 def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:

@@ -29,7 +29,7 @@ COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")
 OVER_GAIN = "acceleration_over_gain"
 """Peak acceleration with the gain of the plant divided out: what was commanded."""
 SUMS = {
-    "iteration_limit_cycles": "figures.solver.iteration_limit_cycles",
+    "interior_point_cycles": "figures.solver.interior_point_cycles",
     "solver_failures": "figures.solver.failures",
     "failures_driven": "figures.failures_driven",
     "fallback_cycles": "figures.fallback_cycles",

@@ -318,7 +318,7 @@ def computing(cycles: Cycles) -> dict[str, Any]:
             "iterations_p50": iterations["p50"],
             "iterations_p95": iterations["p95"],
             "failures": int(np.count_nonzero(cycles.failed)),
-            "iteration_limit_cycles": int(np.count_nonzero(cycles.iteration_limit)),
+            "interior_point_cycles": int(np.count_nonzero(cycles.interior_point)),
         },
         "fallback_cycles": sum(map(_is_fallback, cycles.source, cycles.status)),
         "deadline_misses": int(np.count_nonzero(cycles.deadline_missed)),

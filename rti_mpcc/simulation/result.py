@@ -80,7 +80,7 @@ _DIAGNOSTICS = {
     "reason": object,
     "iterations": int,
     "failed": bool,
-    "iteration_limit": bool,
+    "interior_point": bool,
     "deadline_missed": bool,
     "feedback_ms": float,
     "goal": object,

@@ -39,7 +39,6 @@ from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
-    ROW_SCALING_MOST,
     FillOptions,
     HorizonProblem,
     QpValues,
@@ -53,7 +52,7 @@ from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 
-TIGHT = SolverSettings(tolerance=1e-7, max_iterations=500_000)
+TIGHT = SolverSettings(tolerance=1e-7)
 """OSQP at 1e-8 needs up to 1e5 iterations where several pieces of the body touch one corner of a boundary."""
 
 AT_REST = 1e-5
@@ -191,7 +190,7 @@ class FrozenProblem:
         if self.weights.time > 0.0:
             end = end_time(stages, step.state, self.weights, config.comfort, wheelbase, latest=np.inf)
         problem = HorizonProblem(stages, cost, step, self.bounds, rows or NO_ROWS, end)
-        of_cost, scaling = (self.weights.slack, self.weights.scale), (1.0, ROW_SCALING_FROM, ROW_SCALING_MOST)
+        of_cost, scaling = (self.weights.slack, self.weights.scale), (ROW_SCALING_FROM,)
         fill(values, pattern, problem, FillOptions(*of_cost, self.damping, IDLE_WEIGHT, *scaling))
         back = states[:-1, :PHI] - step.state[:, :PHI]
         fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, dual, 1.0)
@@ -246,7 +245,7 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
     """Repeat full real-time-iteration steps about the last iterate until they come to rest; what a first
     guess is damped by fades, as it does from cycle to cycle."""
     pattern = problem.build_pattern()
-    values, solver = empty_values(pattern), QpSolver(pattern, settings, polish=settings is TIGHT)
+    values, solver = empty_values(pattern), QpSolver(pattern, settings)
     states, controls = problem.states, problem.controls
     dual, primal = (np.zeros(count) for count in pattern.shape)
     steps: list[float] = []
@@ -257,8 +256,6 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
         refused = solver.update(values)
         assert refused == "", refused
         result = solver.solve(values, primal, dual)
-        if not result.solved:  # where several pieces touch one corner a guess can lead OSQP astray
-            result = solver.solve(values, np.zeros_like(primal), np.zeros_like(dual))
         assert result.solved, f"{problem.name}, step {len(steps)}: {result.status}"
         dual, primal = result.dual, np.zeros_like(primal)
         primal[pattern.slack_columns] = result.primal[pattern.slack_columns]

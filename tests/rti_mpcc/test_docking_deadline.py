@@ -118,17 +118,15 @@ def test_a_controller_has_a_deadline_by_default(monkeypatch: pytest.MonkeyPatch)
     assert not without.diagnostics.deadline_missed
 
 
-# -- once more from a clean start ------------------------------------------------------------------------
+# -- a QP that is not solved -------------------------------------------------------------------------------
 
 
-def test_a_qp_that_failed_is_solved_once_more_from_a_clean_start() -> None:
+def test_where_a_qp_is_not_solved_the_last_plan_is_driven_for_a_cycle() -> None:
     run = run_with(at(5.0, lambda: granting(PLENTY, stops=(FAILED,))), 5.2)
-    again = cycle(run, 5.0)
-    assert again.source is Source.SOLUTION
-    assert again.diagnostics.retried
-    assert not again.diagnostics.failed
-    assert np.isfinite(again.diagnostics.residuals).all()
-    assert [command.diagnostics.retried for _, command in run].count(True) == 1
+    failed, after = cycle(run, 5.0), cycle(run, 5.0 + CYCLE)
+    assert failed.source is Source.SHIFTED_PLAN
+    assert failed.diagnostics.failed
+    assert after.source is Source.SOLUTION
 
 
 # -- so many iterations in every cycle -------------------------------------------------------------------

@@ -90,7 +90,7 @@ def arrived(ride: Ride, distance: float, speed: float, share: float) -> tuple[fl
     for k in range(20):
         plan = guess if k == 0 else None
         mpcc.prepare(0.0, plan=plan, objective=ArrivalAtRest(), damping=1e-4, before=0.0)
-        solution = mpcc.feedback(state, 0.0, patience=10)
+        solution = mpcc.feedback(state, 0.0)
         assert solution.solved
     plan = solution.trajectory
     assert abs(plan.states[-1, V]) < 0.01

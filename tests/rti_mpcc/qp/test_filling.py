@@ -18,7 +18,6 @@ from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
-    ROW_SCALING_MOST,
     FillOptions,
     HorizonProblem,
     QpValues,
@@ -88,10 +87,10 @@ def filled(
     pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, rows_scaled: bool = False
 ) -> QpValues:
     values = values or empty_values(pattern)
-    scaling = 1.0, ROW_SCALING_FROM, ROW_SCALING_MOST if rows_scaled else 1.0
+    scaled_from = ROW_SCALING_FROM if rows_scaled else 1e9
     stages = PlanStages(parts.states, parts.controls, parts.lengths)
     problem = HorizonProblem(stages, parts.cost, parts.step, parts.bounds, parts.rows, FIXED_END)
-    fill(values, pattern, problem, FillOptions(SLACK, SCALE, 0.0, IDLE_WEIGHT, *scaling))
+    fill(values, pattern, problem, FillOptions(SLACK, SCALE, 0.0, IDLE_WEIGHT, scaled_from))
     fill_initial(values, pattern, parts.initial)
     return values
 

@@ -30,7 +30,7 @@ def row(index: int, outcome: str = "docked", time: float = 20.0, **figures: Any)
         "peak": COMFORT,
         "fallback_cycles": 0,
         "failures_driven": 0,
-        "solver": {"failures": 0, "iteration_limit_cycles": 1},
+        "solver": {"failures": 0, "interior_point_cycles": 1},
         "hard_braking": {},
         "cycles_by_status": {"arriving": 10, "docked": 2},
     }
@@ -73,7 +73,7 @@ def test_the_figures_of_a_campaign(tmp_path: Path) -> None:
     assert found["energy_ratio"]["p50"] == 1.5
     assert (found["comfort"]["acceleration"]["p50"], found["comfort"]["acceleration"]["max"]) == (1.0, 3.0)
     assert found["cycle_ms"] == {"p50": 1.0, "p99": 2.0, "max": 6.0}
-    assert (found["deadline_misses"], found["iteration_limit_cycles"], found["fallback_cycles"]) == (3, 3, 4)
+    assert (found["deadline_misses"], found["interior_point_cycles"], found["fallback_cycles"]) == (3, 3, 4)
     assert found["hard_braking"] == {"a walker": 2}
     assert found["cycles_by_status"] == {"arriving": 30, "docked": 6}
 

@@ -86,7 +86,7 @@ class Scripted:
         )
 
     def _diagnostics(self, now: float) -> Diagnostics:
-        solver: dict[str, Any] = {"residuals": (0.0, 0.0), "retried": False, "slack": 0.0, "detections": ()}
+        solver: dict[str, Any] = {"residuals": (0.0, 0.0), "slack": 0.0, "detections": ()}
         times: dict[str, Any] = {"prepare_ms": 1.0, "feedback_ms": 0.5, "solve_ms": 0.25, "step_ms": 1.5}
         return Diagnostics(
             theta=0.0,

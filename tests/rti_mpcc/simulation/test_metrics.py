@@ -215,7 +215,7 @@ def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
     assert figures["cycle_ms"]["max"] == 2.0
     assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
     assert figures["feedback_ms"] == {"p50": 0.5, "p95": 0.5, "p99": 0.5, "max": 0.5}
-    solver = {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0, "iteration_limit_cycles": 0}
+    solver = {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0, "interior_point_cycles": 0}
     assert figures["solver"] == solver
 
 
