@@ -42,6 +42,7 @@ _CELLS = 200_000  # of the grid of estimates, at most
 _SLICE = 8  # nodes of each tree that are expanded at a time
 _CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
 _LEAST_TOLERANCE = 0.5  # share of the tolerance at the end of the shortest segment
+_OF_LENGTH = 0.5  # of a segment, that its end may be missed along it by at most
 _STANDING = 1.0  # [m] length of the straight segment at the end of which a vehicle stands that is in its goal
 
 
@@ -301,4 +302,4 @@ def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, f
     """At the end of a segment [m], [m], [rad]: a short one must not be over where it starts."""
     share = min(max(length / (config.size * WHOLE_TOLERANCE), _LEAST_TOLERANCE), 1.0)
     along, across, heading = CUSP_TOLERANCE
-    return config.size * share * along, config.size * share * across, share * heading
+    return min(config.size * share * along, _OF_LENGTH * length), config.size * share * across, share * heading

@@ -113,7 +113,7 @@ def assert_drivable(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) 
         assert after.part.first.relative_to(before.part.last).within((rounding, rounding, 1e-9))
         assert after.part.start == before.part.end
         whole = before.part.end - before.part.start  # a short one must not be over where it starts
-        assert before.tolerance[0] <= max(0.1 * min(whole, 1.0), 0.05) + 1e-9
+        assert before.tolerance[0] <= min(max(0.1 * min(whole, 1.0), 0.05), 0.5 * whole) + 1e-9
     assert segments[-1].tolerance == config.goal_tolerance
     most = 2.0 * config.clearance.on_routes + 1.0
     for segment in segments:
