@@ -34,7 +34,7 @@ from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
 from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
 from rti_mpcc.qp.pattern import BOUND_UNIT
-from rti_mpcc.qp.solver import FINE_ITERATIONS, FINE_TOLERANCE, MORE_ITERATIONS, OVER_RELAXATION, RHO
+from rti_mpcc.qp.solver import ITERATIONS, OVER_RELAXATION, RHO
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.metrics import untimed
 
@@ -132,12 +132,7 @@ def constant_rows() -> list[list[str]]:
         [
             "tolerance, iterations of OSQP",
             "`SolverSettings`, `qp.solver`",
-            f"{SOLVER.tolerance:g}, {MORE_ITERATIONS}",
-        ],
-        [
-            "the same before, fine",
-            "`qp.solver`",
-            f"{FINE_TOLERANCE:g}, {FINE_ITERATIONS}",
+            f"{SOLVER.tolerance:g}, {ITERATIONS}",
         ],
         ["ρ, α", "`qp.solver`", f"{RHO:g}, {OVER_RELAXATION:g}"],
         ["effort fades below [s]", "`ocp.objectives.FIRM_TIME`", f"{FIRM_TIME:g}"],

@@ -26,7 +26,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.qp.filling import QpValues
-from rti_mpcc.qp.interior_point import solve_exactly
+from rti_mpcc.qp.interior_point import solve_by_interior_point
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.qp.solver import CHECK_INTERVAL, OVER_RELAXATION, RHO
@@ -145,7 +145,7 @@ def solved(qp: QpProblem, check: int) -> tuple[int, float]:
 def solved_exactly(qp: QpProblem, pattern: QpPattern, scaling: Array) -> tuple[int, float]:
     """PIQP's iterations, and its time [µs] with set-up."""
     values = QpValues(qp.cost.data, qp.gradient, qp.constraints.data, qp.lower, qp.upper, scaling)
-    found = [solve_exactly(pattern, values) for _ in range(REPEATS)]
+    found = [solve_by_interior_point(pattern, values) for _ in range(REPEATS)]
     return found[0].iterations, 1e6 * min(each.seconds for each in found)
 
 

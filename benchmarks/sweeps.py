@@ -46,7 +46,7 @@ class Variant:
         series, size: what varies, and how large it is.
         build: makes a fresh controller.
         start: of the vehicle, at rest; goal: to make for, None for the path's end.
-        step_ms: a row a drive, times of all its cycles; iterations: of OSQP, of one drive.
+        step_ms: a row a drive, times of all its cycles; iterations: of the solvers, of one drive.
     """
 
     series: str
@@ -83,7 +83,7 @@ class Variant:
 
     @property
     def iterations_p50(self) -> float:
-        """Median of OSQP's iterations a cycle."""
+        """Median of the solvers' iterations a cycle."""
         return float(np.median(self.iterations[WARM_UP:]))
 
 

@@ -99,7 +99,7 @@ def origin(command: str) -> dict[str, Any]:
         "changed": git("status", "--porcelain", "--", "geometry", "estimation", "rti_mpcc") != "",
         "date": datetime.now(UTC).date().isoformat(),
         "python": platform.python_version(),
-        **{name: importlib.metadata.version(name) for name in ("osqp", "numpy", "scipy")},
+        **{name: importlib.metadata.version(name) for name in ("osqp", "piqp", "numpy", "scipy")},
         "cores": os.cpu_count(),
     }
 

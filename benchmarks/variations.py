@@ -40,7 +40,6 @@ OWN_UNIT = {"rti_mpcc.qp.pattern.BOUND_UNIT": 1.0}
 RELAXED = {"rti_mpcc.qp.solver.OVER_RELAXATION": 1.6}
 UNSCALED = {"rti_mpcc.controller.ROW_SCALING_FROM": 1e9}
 TIGHT = {"solver": SolverSettings(tolerance=1e-7)}
-COARSE = {"rti_mpcc.qp.solver.FINE_TOLERANCE": SolverSettings().tolerance}
 IN_FULL = {"rti_mpcc.ocp.objectives.FIRM_TIME": 1e-9}
 
 
@@ -136,10 +135,9 @@ VARIATIONS = (
         for scenario in ("docking_behind", "long_approach")
         for letter, what, settings, patches in (
             ("o", "as it is", {}, {}),
-            ("o", "tight: all QPs to 1e-7", TIGHT, {"rti_mpcc.qp.solver.FINE_TOLERANCE": 1e-7}),
+            ("o", "tight: all QPs to 1e-7", TIGHT, {}),
             ("o", "bounds in their own units at any distance", {}, UNSCALED),
             ("p", "over-relaxation 1.6", {}, RELAXED),
-            ("q", "no fine tolerance first", {}, COARSE),
         )
     ),
 )

@@ -11,7 +11,8 @@ from math import inf
 from time import perf_counter
 
 from rti_mpcc.config import EXIT
-from rti_mpcc.qp.solver import Ends, Stop
+from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Ends
 
 TIME_IS_UP = "run time limit reached"
 
@@ -71,13 +72,16 @@ class CycleClock:
         return self._granted[-1]
 
     def ends(self) -> Ends:
-        """For the next QP: what ends it after so many iterations, "" if it may go on."""
-        stop = self.stop()
+        """For the next QP: what ends it after so many iterations, "" if it may go on.
+
+        The time does not end the first one of a cycle: its plan may come late, but the search gets on.
+        """
+        stop, first = self.stop(), not self._stops
 
         def word(iterations: int) -> str:
             if stop is not None and iterations >= stop.iterations:
                 return stop.status
-            return TIME_IS_UP if self.left <= 0.0 else ""
+            return TIME_IS_UP if self.left <= 0.0 and not first else ""
 
         return word
 

@@ -50,7 +50,8 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
+from rti_mpcc.qp.solution import QpSolution
+from rti_mpcc.qp.solver import Ends, QpSolver
 from rti_mpcc.types import Array, Objective, Trajectory
 
 

@@ -181,7 +181,6 @@ class Plans:
 
     Attributes:
         solution: the last iterate, which the next cycle resumes, or None.
-        valid: the last plan that passed the checks, driven or not, or None: where another objective starts.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         clear_of: number of obstacle changes for which the driven plan was accepted.
         course: number of obstacle changes, and the segment's target pose, for which the end of the course was
@@ -190,7 +189,6 @@ class Plans:
     """
 
     solution: Solution | None = None
-    valid: Trajectory | None = None
     driven: Trajectory | None = None
     accepted_at: float | None = None
     clear_of: int = 0

@@ -275,11 +275,11 @@ class Diagnostics:
         weights: the weights acting on the first stage.
         time_to_go: planned time to the arrival [s]; None while contouring.
         failed: the QP of this cycle was not accepted.
-        solver_status: OSQP's word for its result ("" where no QP was solved).
-        iterations: OSQP iterations of all QPs of this cycle.
+        solver_status: the solver's word for its result ("" where no QP was solved).
+        iterations: of OSQP and PIQP, of all QPs of this cycle.
         residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
             where there was no QP.
-        interior_point: one of them was solved by PIQP, as OSQP had not finished it.
+        interior_point: PIQP had to solve one of them, which takes 3 ms or so.
         slack: largest corridor slack of the plan [m].
         cause: why the cycle did what it did.
         reason: the same as a sentence, with all remarks.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("rti-mpcc", "numpy", "scipy", "osqp", "shapely", "filterpy", "numba")
+PACKAGES = ("rti-mpcc", "numpy", "scipy", "osqp", "piqp", "shapely", "filterpy", "numba")
 """The packages whose version counts."""
 
 _CPU_LINES = ("model name", "cpu family", "model", "stepping")

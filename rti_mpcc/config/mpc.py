@@ -106,7 +106,7 @@ class Clearance(Settings):
 
 
 class SolverSettings(Settings):
-    """How exactly OSQP solves a QP (docs/decisions, 4 and 6).
+    """How exactly a QP is solved (docs/decisions, 4 and 6).
 
     Attributes:
         tolerance: absolute and relative termination tolerance, on the scaled problem.
@@ -117,7 +117,7 @@ class SolverSettings(Settings):
         "idle_weight bound_unit row_scaling_from row_scaling_most max_iterations": CONSTANT,
     }
 
-    tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
+    tolerance: Annotated[float, Field(ge=1e-8, le=0.1)] = 5e-4
 
 
 class KindOfSettings(Settings):

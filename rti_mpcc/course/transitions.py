@@ -139,9 +139,7 @@ def plan_accepted(s: ControllerState, plan: Trajectory, solution: Solution | Non
     if task.stop_reason or task.last_attempt is not None:
         last_attempt = task.last_attempt if task.phase is Phase.CONTOURING else None  # of a cruise
         task = replace(task, stop_reason="", last_attempt=last_attempt)
-    plans = replace(
-        s.plans, solution=solution, valid=plan, driven=plan, accepted_at=s.clock.now, clear_of=s.area.changes
-    )
+    plans = replace(s.plans, solution=solution, driven=plan, accepted_at=s.clock.now, clear_of=s.area.changes)
     return replace(s, task=task, plans=plans)
 
 

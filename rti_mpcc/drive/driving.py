@@ -295,7 +295,7 @@ def _accept(
     s, decision = _follow_plan(s, context, plan, attempt)
     if decision.control.source is Source.SOLUTION:
         return Driven(plan_accepted(s, plan, solution), decision)
-    return Driven(replace(s, plans=replace(s.plans, solution=solution, valid=plan)), decision)
+    return Driven(replace(s, plans=replace(s.plans, solution=solution)), decision)
 
 
 def _continue_plan(

@@ -1,14 +1,13 @@
 """The fallback: which plan is driven, what is driven if there is none, and the motions that brake to rest.
 
-1. The solution of this cycle, unless there is a `drive.search.rejection_reason`: OSQP solved it, it is
+1. The solution of this cycle, unless there is a `drive.search.rejection_reason`: its QP is solved, it is
    finite, starts within the input limits, obeys the dynamics for 2 s, and goes past everything in its way.
-2. Otherwise, if there is time, a clean retry: from the last valid plan, with nothing kept of the solver.
-3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
+2. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
    most `PLAN_LIFE`, and as long as the vehicle is within `PLAN_OFFSET` of it.
-4. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill, until there is a
+3. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill, until there is a
    plan again, from a new first guess.
 
-Plans of 1 to 3 are checked with the exact body: one that is not clear over the distance that a stop in
+Plans of 1 and 2 are checked with the exact body: one that is not clear over the distance that a stop in
 comfort needs, and a share more, is not driven; the vehicle brakes along its last plan, as gently as it stops
 in time. It stays blocked until the plan has been clear for a while, see `driving._yielding`. Every command
 passes `drive.limiter`.
@@ -81,9 +80,11 @@ def brake(
     return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)
 
 
-def _mean_deceleration(speed: float, deceleration: float, config: ControllerConfig) -> float:
+def mean_deceleration(speed: float, deceleration: float, config: ControllerConfig) -> float:
     """The constant deceleration [m/s²] that stops in the distance in which `brake` does, releasing the brakes
-    with a = sqrt(j v): from v = a² / j on in 2/3 sqrt(v³ / j), which is a³ / (6 j²) more."""
+    with a = sqrt(j v): from v = a² / j on in 2/3 sqrt(v³ / j), which is a³ / (6 j²) more.
+
+    Its even begin is left out: what is needed is asked again in each cycle."""
     comfort, speed = config.comfort, abs(speed)
     jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
     if deceleration > config.firm_deceleration or speed == 0.0:
@@ -202,12 +203,14 @@ def braking_in_time(
     """
     speed, found = float(context.state[V]), []
     for plan in (None,) if along is None else (along, None):
-        motion = braking(context, _mean_deceleration(speed, wanted, context.config), plan)
+        motion = braking(context, mean_deceleration(speed, wanted, context.config), plan)
         distance = collision_check.clear_distance(s, motion, context.config)
         needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, context.config))
         found.append((motion, needed, plan))
     motion, needed, plan = min(found, key=lambda each: each[1])
-    return (motion if needed == wanted else braking(context, needed, plan)), needed
+    if needed > wanted:
+        motion = braking(context, mean_deceleration(speed, needed, context.config), plan)
+    return motion, needed
 
 
 def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: float) -> Trajectory:

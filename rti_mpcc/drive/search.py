@@ -82,7 +82,7 @@ class InitialIterate:
     """Where a search begins.
 
     Attributes:
-        last: the solution to resume; guess: or a trajectory to start clean from.
+        last: the solution to resume; guess: or a trajectory to start from.
         least, most: numbers of iterations; settled: fewer than `least` if one of them moves the plan by less
             than this for each second ahead [m/s].
         first: for the first plan of an objective, which must not go through anything static.
@@ -103,11 +103,11 @@ class InitialIterate:
 def from_last(plans: Plans) -> InitialIterate:
     """One iteration a cycle, more while there is a problem. The damping of a first guess fades.
 
-    Where there is no last solution, as for another objective, from the last valid plan.
+    Where there is no last solution, as for another objective, from the driven plan.
     """
     solution = plans.solution
     if solution is None:
-        return InitialIterate(guess=plans.valid, most=ITERATIONS, damping=DAMPING)
+        return InitialIterate(guess=plans.driven, most=ITERATIONS, damping=DAMPING)
     damping = max(DAMPING, DAMPING_SHARE * solution.damping)
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
@@ -158,7 +158,7 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
         corridor_infeasible = start.first and _corridor_infeasible(
             found, context.target, context.config, arriving=s.task.arrival is not None
         )
-        out_of_time = _was_cut(found)
+        out_of_time = found.stopped is not None and found.stopped.status == TIME_IS_UP
         enough = len(solutions) >= start.least or _settled(solutions, start.settled)
         fits = enough and not problem and not corridor_infeasible
         fits = fits and (not start.reaching or context.reached_by(found.trajectory))
@@ -180,10 +180,6 @@ def _settled(solutions: Sequence[Solution], speed: float) -> bool:
     before, now = (solution.trajectory for solution in solutions[-2:])
     apart = np.hypot(*(now.states - before.states)[1:, [X, Y]].T)
     return bool((apart <= speed * (now.times[1:] - now.times[0])).all())
-
-
-def _was_cut(solution: Solution) -> bool:
-    return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
 
 
 def _iterate(s: ControllerState, context: PlanningContext, start: InitialIterate) -> Solution:

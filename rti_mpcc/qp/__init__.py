@@ -1,1 +1,1 @@
-"""The quadratic program of a cycle: fixed sparsity pattern, filling its slots, the one door to OSQP."""
+"""The quadratic program of a cycle: fixed sparsity pattern, filling its slots, and its solvers."""

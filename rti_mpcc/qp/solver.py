@@ -1,15 +1,15 @@
-"""The one door to OSQP.
+"""QPs are solved by OSQP, or where it does not finish by an interior point.
 
 It is OSQP's extension that is called: its Python class does not pass on what an update was answered. An
 update that is refused leaves a problem that is neither the old one nor the new one, which OSQP then calls
-solved. An unsolved QP may leave finite garbage behind, too. Only a status on the list of good ones gives a
-solution, and only of a problem that was taken whole.
+solved. An unsolved QP may leave finite garbage behind, too. Only the status `GOOD` gives a solution, and only
+of a problem that was taken whole.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
@@ -21,30 +21,15 @@ from geometry.arrays import all_finite
 from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.qp.filling import QpValues
-from rti_mpcc.qp.interior_point import solve_exactly
+from rti_mpcc.qp.interior_point import solve_by_interior_point
 from rti_mpcc.qp.pattern import QpPattern
+from rti_mpcc.qp.solution import SOLVED, QpSolution, Stop
 from rti_mpcc.types import Array
 
-GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
-"""Only these give a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
-
-SOLVED = "solved"
-UNFINISHED = frozenset(
-    {
-        int(osqp.SolverStatus.OSQP_MAX_ITER_REACHED),
-        int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE),
-        int(osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE),
-        int(osqp.SolverStatus.OSQP_DUAL_INFEASIBLE_INACCURATE),
-    }
-)
-"""What a QP is called that has had its iterations and not come to an end."""
-
-FINE_TOLERANCE, FINE_ITERATIONS = 1e-6, 6
-"""Tolerance of the first iterations of a QP: a shape that costs little changes by little from cycle to cycle,
-and never comes to its best where that is within the tolerance. What is not that good by then has to reach
-`SolverSettings.tolerance`."""
-MORE_ITERATIONS = 48
-"""For that. A QP that has not ended by then, one in a hundred, is one for the interior point."""
+GOOD = int(osqp.SolverStatus.OSQP_SOLVED)
+"""Only this gives a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
+ITERATIONS = 54
+"""Of OSQP, at most. A QP that it has not solved by then, one in a hundred, is one for the interior point."""
 CHECK_INTERVAL = 6
 """Iterations between two termination checks."""
 RHO = 3.0
@@ -61,37 +46,6 @@ BAD_BOUNDS = "bounds that are no numbers, or a lower one above its upper one"
 
 Ends = Callable[[int], str]
 """After so many iterations: "" to go on with a QP, or the word for what ends it."""
-
-
-class Stop(NamedTuple):
-    """What ended a QP from outside, not by its own numbers: the word for it, and the iterations by then."""
-
-    status: str
-    iterations: int
-
-
-@dataclass(frozen=True, slots=True)
-class QpSolution:
-    """What a solve gave.
-
-    Attributes:
-        solved: whether the status is good and all numbers are finite; if not, `primal` and `dual` are 0.
-        primal: (n,), dual: (m,), in scaled units.
-        status: of the solver; iterations: of OSQP, and of PIQP where it came to that.
-        interior_point: whether it did; residuals: (primal, dual), scaled; infinite without a solution.
-        stopped: what ended the solve from outside, or None.
-        seconds: of the solve.
-    """
-
-    solved: bool
-    primal: Array
-    dual: Array
-    status: str
-    iterations: int
-    interior_point: bool
-    residuals: tuple[float, float]
-    stopped: Stop | None
-    seconds: float
 
 
 class DenseQp(NamedTuple):
@@ -127,9 +81,7 @@ def solve_once(problem: DenseQp, *, accuracy: float, iterations: int) -> Array |
         check_termination=10,
     )  # fmt: skip
     answer = solver.solve(raise_error=False)
-    if int(answer.info.status_val) not in GOOD | UNFINISHED or not np.isfinite(answer.x).all():
-        return None
-    return np.asarray(answer.x)
+    return np.asarray(answer.x) if np.isfinite(answer.x).all() else None
 
 
 class QpSolver:
@@ -137,16 +89,14 @@ class QpSolver:
 
     def __init__(self, pattern: QpPattern, settings: SolverSettings) -> None:
         self._pattern = pattern
-        tolerance = settings.tolerance
-        self._slices = (FINE_ITERATIONS, min(FINE_TOLERANCE, tolerance)), (MORE_ITERATIONS, tolerance)
+        self._tolerance = settings.tolerance
         self._osqp: Any = None
-        self._osqp_settings: Any = None
         rows, _ = pattern.shape
         self._bounds = (np.empty(rows), np.empty(rows))
 
     def __getstate__(self) -> dict[str, Any]:
         """All but OSQP's memory, which cannot be copied: a copy sets it up with its first QP."""
-        return {**self.__dict__, "_osqp": None, "_osqp_settings": None}
+        return {**self.__dict__, "_osqp": None}
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
@@ -170,62 +120,58 @@ class QpSolver:
         Args:
             values: as in the last `update`, but for its bounds.
             primal: (n,), dual: (m,) guess in scaled units.
-            ends: asked before each slice of iterations, and before the interior point.
+            ends: asked before OSQP, and before the interior point.
         """
         if self._osqp is None:
             return self.nothing("not prepared")
         lower, upper = self._bounds
         if not _taken(values.lower, values.upper, _INFINITY, lower, upper):
             return self.nothing(BAD_BOUNDS)
+        if ends is not None and (word := ends(0)):
+            return self.nothing(word, stopped=True)
         error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
-        if error:
+        error = error or self._osqp.warm_start(primal, dual) or int(self._osqp.solve())
+        if error:  # OSQP's solution is an old one
             return self.nothing(self._refused(error))
-        self._osqp.warm_start(primal, dual)
-        done, seconds, usual = 0, 0.0, self._slices[-1][1]
-        for most, tolerance in self._slices:
-            if ends is not None and (word := ends(done)):
-                return replace(self.nothing(word, done, seconds), stopped=Stop(word, done))
-            self._set(max_iter=most, eps_abs=tolerance, eps_rel=tolerance)
-            error = int(self._osqp.solve())
-            if error:  # OSQP's solution is an old one
-                return self.nothing(self._refused(error), done, seconds)
-            info, solution = self._osqp.info, self._osqp.solution
-            done, seconds = done + int(info.iter), seconds + float(info.run_time)
-            residuals = float(info.prim_res), float(info.dual_res)
-            # What the first slice leaves unfinished may be good already: OSQP was asked for more.
-            if info.status_val in GOOD or (info.status_val in UNFINISHED and max(residuals) <= usual):
-                primal, dual = np.array(solution.x), np.array(solution.y)
-                if all_finite(primal) and all_finite(dual):
-                    return QpSolution(True, primal, dual, SOLVED, done, False, residuals, None, seconds)
-        if ends is not None and (word := ends(done)):
-            return replace(self.nothing(word, done, seconds), stopped=Stop(word, done))
-        found = solve_exactly(self._pattern, values)
-        if not found.solved:
-            return self.nothing(found.status, done + found.iterations, seconds + found.seconds)
-        return QpSolution(
-            True, found.primal, found.dual, SOLVED, done + found.iterations, True, found.residuals, None,
-            seconds + found.seconds,
-        )  # fmt: skip
+        info, found = self._osqp.info, self._osqp.solution
+        iterations, seconds = int(info.iter), float(info.run_time)
+        primal, dual = np.array(found.x), np.array(found.y)
+        if info.status_val == GOOD and all_finite(primal) and all_finite(dual):
+            return QpSolution(
+                solved=True,
+                primal=primal,
+                dual=dual,
+                status=SOLVED,
+                iterations=iterations,
+                residuals=(float(info.prim_res), float(info.dual_res)),
+                seconds=seconds,
+            )
+        if ends is not None and (word := ends(iterations)):
+            return self.nothing(word, iterations, seconds, stopped=True)
+        exact = solve_by_interior_point(self._pattern, values)
+        iterations, seconds = iterations + exact.iterations, seconds + exact.seconds
+        return replace(exact, interior_point=True, iterations=iterations, seconds=seconds)
 
     def _set_up(self, values: QpValues) -> str:
         if not _taken(values.lower, values.upper, _INFINITY, *self._bounds):
             return BAD_BOUNDS
-        (most, tolerance), (rows, columns) = self._slices[0], self._pattern.shape
-        self._osqp_settings = _EXTENSION.OSQPSettings()
-        _EXTENSION.osqp_set_default_settings(self._osqp_settings)
-        self._set(
-            rho=RHO,
-            adaptive_rho=False,
-            alpha=OVER_RELAXATION,
-            eps_abs=tolerance,
-            eps_rel=tolerance,
-            max_iter=most,
-            check_termination=CHECK_INTERVAL,
-            scaling=0,
-            check_dualgap=False,
-            warm_starting=True,
-            verbose=False,
-        )
+        settings, (rows, columns) = _EXTENSION.OSQPSettings(), self._pattern.shape
+        _EXTENSION.osqp_set_default_settings(settings)
+        chosen = {
+            "rho": RHO,
+            "adaptive_rho": False,
+            "alpha": OVER_RELAXATION,
+            "eps_abs": self._tolerance,
+            "eps_rel": self._tolerance,
+            "max_iter": ITERATIONS,
+            "check_termination": CHECK_INTERVAL,
+            "scaling": 0,
+            "check_dualgap": False,
+            "warm_starting": True,
+            "verbose": False,
+        }
+        for name, value in chosen.items():
+            setattr(settings, name, value)
         try:
             self._osqp = _EXTENSION.OSQPSolver(
                 _EXTENSION.CSC(self._pattern.cost_matrix(values.cost)),
@@ -234,29 +180,23 @@ class QpSolver:
                 *self._bounds,
                 rows,
                 columns,
-                self._osqp_settings,
+                settings,
             )
         except ValueError as error:
             return self._refused(str(error))
         return ""
-
-    def _set(self, **settings: float) -> None:
-        """Change OSQP's settings, by name; before its set-up they are what it is set up with."""
-        for name, value in settings.items():
-            setattr(self._osqp_settings, name, value)
-        if self._osqp is not None:
-            self._osqp.update_settings(self._osqp_settings)
 
     def _refused(self, error: int | str) -> str:
         """The word for what OSQP answered; it is set up anew with the next numbers."""
         self._osqp = None
         return f"refused by OSQP, error {error}"
 
-    def nothing(self, status: str, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
-        """The result of a QP that was not solved, with the word for why."""
-        rows, columns = self._pattern.shape
-        none = np.zeros(columns), np.zeros(rows)
-        return QpSolution(False, *none, status, iterations, False, (np.inf, np.inf), None, seconds)
+    def nothing(
+        self, status: str, iterations: int = 0, seconds: float = 0.0, *, stopped: bool = False
+    ) -> QpSolution:
+        """The result of a QP that was not solved, with the word for why; `stopped`: that ended it."""
+        found = QpSolution.none(self._pattern, status, iterations, seconds)
+        return replace(found, stopped=Stop(status, iterations)) if stopped else found
 
 
 @kernel

@@ -31,7 +31,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission, DriveTo
 from rti_mpcc.mission.step import STEPS, Signal, Step
-from rti_mpcc.qp.solver import Stop
+from rti_mpcc.qp.solution import Stop
 from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 
@@ -40,7 +40,7 @@ Data = Any
 """What `json` reads: dicts, lists, strings, numbers, booleans, None."""
 
 FORMAT = "rti-mpcc recording"
-VERSION = 8  # of the format; grows with every change that older or newer programs could not read
+VERSION = 9  # of the format; grows with every change that older or newer programs could not read
 CHANGED = "its line was changed after it was recorded"
 
 Driver = DockingController | DockingMission

@@ -302,4 +302,5 @@ def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, f
     """At the end of a segment [m], [m], [rad]: a short one must not be over where it starts."""
     share = min(max(length / (config.size * WHOLE_TOLERANCE), _LEAST_TOLERANCE), 1.0)
     along, across, heading = CUSP_TOLERANCE
-    return min(config.size * share * along, _OF_LENGTH * length), config.size * share * across, share * heading
+    along = min(config.size * share * along, _OF_LENGTH * length)
+    return along, config.size * share * across, share * heading

@@ -48,7 +48,8 @@ from rti_mpcc.qp.filling import (
     fill_initial,
 )
 from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
-from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.qp.solution import QpSolution
+from rti_mpcc.qp.solver import QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 

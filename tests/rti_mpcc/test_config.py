@@ -36,7 +36,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Limits, "steering", 1.5, "less than or equal to 1.4"),
     (Weights, "lag", -1.0, "greater than or equal to 0"),
     (Clearance, "least", -0.01, "greater than or equal to 0"),
-    (SolverSettings, "tolerance", 0.0, "greater than 0"),
+    (SolverSettings, "tolerance", 0.0, "greater than or equal to 0.00000001"),
 ]
 
 
@@ -60,6 +60,7 @@ def test_an_unknown_setting_is_refused(make: Callable[..., Any]) -> None:
         ({"footprint": {"margin": 0.1}}, "footprint is not a setting any more, but clearance.wanted"),
         ({"caution": {"hard_minimum": 0.1}}, "caution is not a setting any more, but clearance.least"),
         ({"solver": {"polish": True}}, "polish is not a setting any more, but a constant"),
+        ({"solver": {"max_iterations": 400}}, "max_iterations is not a setting any more, but a constant"),
         ({"weights": {"bound_speed": 20.0}}, "bound_speed is not a setting any more, but a setting of `obj"),
         ({"route": {"slices": 3}}, "slices is not a setting any more, but a constant"),
         ({"disturbance": {"gap": 2.0}}, "gap is not a setting any more, but a constant"),

@@ -106,6 +106,22 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     assert run[-1][1].docked
 
 
+class Hurried(CycleClock):
+    """Its time is up as soon as an iteration has begun."""
+
+    @property
+    def left(self) -> float:
+        return -1.0 if self._granted else 1.0
+
+
+def test_the_first_qp_of_a_cycle_is_finished_whatever_the_time_is() -> None:
+    """So a first plan, which takes three, is found in three cycles."""
+    run = run_with(lambda now: Hurried(), 25.0)
+    assert [command.diagnostics.failed for _, command in run].count(True) <= 3
+    assert cycle(run, 3 * CYCLE).source is Source.SOLUTION
+    assert run[-1][1].docked
+
+
 def test_a_controller_has_a_deadline_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
     """Here each look at the clock takes 20 ms, of a cycle of 50 ms."""
     monkeypatch.setattr("rti_mpcc.clock.perf_counter", count(0.0, 0.02).__next__)

@@ -56,6 +56,7 @@ def test_the_qps_of_a_long_ride_in_a_narrow_lane_are_solved() -> None:
     found = driven(1.1, 0.0, 1, LONG)
     assert found.docked
     assert not any(each.diagnostics.failed for each in found.commands)
+    assert any(each.diagnostics.interior_point for each in found.commands)
     assert peaks(found)[1] <= ControllerConfig().comfort_acceleration
 
 

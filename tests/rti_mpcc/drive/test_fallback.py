@@ -42,6 +42,17 @@ def test_hard_braking_is_hard_to_the_last_cycle(speed: float) -> None:
     assert last.acceleration * CONFIG.cycle == pytest.approx(-0.1 * speed)
 
 
+@pytest.mark.parametrize("speed", [0.05, 0.2, 0.5, 2.0])
+@pytest.mark.parametrize("deceleration", [0.2, 0.4, 1.2, 3.0])
+def test_the_mean_deceleration_stops_as_far_as_braking_does(speed: float, deceleration: float) -> None:
+    config, v, way = CONFIG.changed(cycle=0.005), speed, 0.0
+    while v > 1e-4:
+        before, v = v, v + config.cycle * fallback.brake(state(v), deceleration, config).acceleration
+        way += 0.5 * config.cycle * (before + v)
+    mean = fallback.mean_deceleration(speed, deceleration, config)
+    assert speed**2 / (2.0 * mean) == pytest.approx(way, rel=0.03, abs=0.004)
+
+
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
     assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
     distance = 1.0 + STOP_DISTANCE

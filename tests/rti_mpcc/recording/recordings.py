@@ -14,7 +14,8 @@ from estimation import Frame, GoalMeasurement
 from geometry import Pose2
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController
-from rti_mpcc.qp.solver import FINE_ITERATIONS, Stop
+from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import ITERATIONS
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.contents import from_line, to_line
 from rti_mpcc.simulation import docking_controller
@@ -46,7 +47,7 @@ class Moody(CycleClock):
         self._random = random
 
     def stop(self) -> Stop | None:
-        iterations = int(self._random.integers(2)) * FINE_ITERATIONS
+        iterations = int(self._random.integers(2)) * ITERATIONS
         return Stop("a whim", iterations) if self._random.random() < 0.3 else None
 
     def grants(self, least: float = 0.0) -> bool:

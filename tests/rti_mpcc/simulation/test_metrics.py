@@ -210,12 +210,14 @@ def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
     step_ms = np.linspace(1.0, 2.0, count)
     step_ms[0] = 500.0
     iterations = np.arange(count)
-    cycles = with_columns(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
+    by_piqp = iterations >= count - 3
+    columns = {"iterations": iterations, "solved": iterations >= 10, "interior_point": by_piqp}
+    cycles = with_columns(run.cycles, step_ms=step_ms, **columns)
     figures = summary(replace(run, cycles=cycles))
     assert figures["cycle_ms"]["max"] == 2.0
     assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
     assert figures["feedback_ms"] == {"p50": 0.5, "p95": 0.5, "p99": 0.5, "max": 0.5}
-    solver = {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0, "interior_point_cycles": 0}
+    solver = {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0, "interior_point_cycles": 3}
     assert figures["solver"] == solver
 
 
