@@ -1,9 +1,8 @@
 """The accuracy ledger: what the shipped solver settings lose against a solution to 1e-9.
 
 Every QP of the workload that was accepted is solved again by PIQP to 1e-9, an interior-point method that has
-nothing in common with OSQP, and on a sample by OSQP itself to 1e-9 with polishing: one QP in a hundred was
-PIQP's already. And every scenario is
-driven in closed loop with tight settings beside the shipped ones.
+nothing in common with OSQP, and by OSQP itself to 1e-9 with polishing: a sample, and what was PIQP's already.
+Every scenario is driven in closed loop with tight settings beside the shipped ones.
 """
 
 from __future__ import annotations
@@ -78,12 +77,12 @@ def judged(problem: QpProblem, first: Index, result: Any, *, sampled: bool) -> d
     """One QP against its reference; `sampled`: and that against another. `first`: columns of its control.
 
     acceleration, steering_rate: error of the first control [m/s²], [rad/s]. cost: error over its scale, the
-    larger of 1 and the cost itself. iterations: of OSQP. spread: between the references of PIQP and OSQP, the
-    largest of [m/s²], [rad/s]. nan: there is no reference, or no second one.
+    larger of 1 and the cost itself. iterations: of the solvers. spread: between the references of PIQP and
+    OSQP, the largest of [m/s²], [rad/s]. nan: there is no reference, or no second one.
     """
     whole = Problem.of(problem.cost, problem.gradient, problem.constraints, problem.lower, problem.upper)
     by_piqp = solved_by_piqp(whole)
-    by_osqp = solved_by_osqp(whole) if sampled or by_piqp is None else None
+    by_osqp = solved_by_osqp(whole) if sampled or result.interior_point or by_piqp is None else None
     reference = by_osqp if by_piqp is None else by_piqp
     row = {"acceleration": nan, "steering_rate": nan, "cost": nan, "spread": nan}
     if reference is not None:

@@ -107,14 +107,15 @@ class SolverCounts:
     Attributes:
         matrix_updates: updates of numbers in P or A.
         late_matrix_updates: those of them after a measurement was inserted, within the feedback phase.
-        refactorisations: by adaptive rho, one entry a feedback phase.
-        iterations: of all feedback phases.
+        feedback_phases: how many; iterations: of all of them, of OSQP.
+        interior_points: QPs that OSQP had not finished.
     """
 
     matrix_updates: int = 0
     late_matrix_updates: int = 0
-    refactorisations: list[int] = field(default_factory=list)
+    feedback_phases: int = 0
     iterations: int = 0
+    interior_points: int = 0
     inside: bool = False
 
     def check(self) -> None:
@@ -139,18 +140,19 @@ def counted() -> Iterator[SolverCounts]:
     def solving(solver: Any, *args: Any, **kwargs: Any) -> Any:
         done = solve(solver, *args, **kwargs)
         if counts.inside:
-            counts.refactorisations[-1] += int(solver.info.rho_updates)
             counts.iterations += int(solver.info.iter)
         return done
 
     @wraps(feedback)
     def entering(*args: Any, **kwargs: Any) -> Any:
-        counts.refactorisations.append(0)
+        counts.feedback_phases += 1
         counts.inside = True
         try:
-            return feedback(*args, **kwargs)
+            solution = feedback(*args, **kwargs)
         finally:
             counts.inside = False
+        counts.interior_points += solution.interior_point
+        return solution
 
     with (
         patch.object(EXTENSION, "update_data_mat", updating),

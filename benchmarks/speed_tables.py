@@ -135,11 +135,10 @@ def numbers(found: Measured) -> dict[str, Any]:
         "iterations": asdict(distribution(solving(found.rounds)["iterations"])),
         "phases_ms": {name: asdict(one) for name, one in phase_rows(found).items()},
         "solver": {
-            "feedback_phases": len(found.counts.refactorisations),
+            "feedback_phases": found.counts.feedback_phases,
             "matrix_updates": found.counts.matrix_updates,
             "matrix_updates_after_measurement": found.counts.late_matrix_updates,
-            "refactorisations": sum(found.counts.refactorisations),
-            "feedback_phases_with_refactorisation": int(np.count_nonzero(found.counts.refactorisations)),
+            "interior_points": found.counts.interior_points,
         },
         "ledger": {
             kind: {name: asdict(one) for name, one in row.items()} for kind, row in ledger_rows(found).items()

@@ -1,7 +1,6 @@
 """What is made once for the active segment: its core, the clearance along it, its speed profile, its target.
 
-A core is made anew for each segment. All else is a cache: but for what a core's solver keeps, the same state
-gives the same context.
+A core is made anew for each segment. All else is a cache: the same state gives the same context.
 """
 
 from __future__ import annotations

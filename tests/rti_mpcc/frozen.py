@@ -54,12 +54,12 @@ from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 
 TIGHT = SolverSettings(tolerance=1e-7)
-"""OSQP at 1e-8 needs up to 1e5 iterations where several pieces of the body touch one corner of a boundary."""
+"""By which nearly all QPs are the interior point's."""
 
 AT_REST = 1e-5
 """Steps below this have come to rest, in scaled units."""
 NOISE = 1e-6
-"""Steps below this say nothing about the contraction: OSQP's tolerance moves the soft directions so much."""
+"""Steps below this say nothing about the contraction: tolerances move the soft directions so much."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
