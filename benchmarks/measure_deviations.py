@@ -43,7 +43,7 @@ DECISIONS = ROOT / "docs" / "decisions"
 PAGES = {
     "01-arrival-at-rest.md": "de",
     "02-progress-reward.md": "a",
-    "04-solver-settings.md": "bcopq",
+    "04-solver-settings.md": "bcop",
     "05-damping-and-curvature.md": "g",
     "07-paper-presets.md": "fn",
     "09-margin-given-back.md": "l",

@@ -103,7 +103,7 @@ def test_each_letter_of_a_deviation_is_on_one_page() -> None:
         page.name for page in PAGES_OF_LABELS[1:] if page.name != "README.md"
     ]
     letters = [letter for _, listed in rows for letter in re.findall(r"[a-w]", listed)]
-    assert sorted(letters) == list("abcdefghijklmnopqrstuvw")
+    assert sorted(letters) == list("abcdefghijklmnoprstuvw")  # (q) is given up
     assert {each.letter for each in VARIATIONS} == set("".join(PAGES.values()))
     listed = dict(rows)
     for page, written in PAGES.items():
