@@ -182,13 +182,12 @@ class Replanner:
         assert s.route is not None
         wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.is_stationary
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
-        for _ in range(_SLICES_AT_REST if waits else _SLICES):
-            if planning.manoeuvre is not None:
-                break
+        slices = _SLICES_AT_REST if waits else _SLICES
+        while slices > 0 and planning.manoeuvre is None:
             if not clock.grants(planning.longest):
                 planning.waited()
                 break
-            planning.advance()
+            slices -= planning.advance()
         if planning.seconds == before:
             return s
         return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))

@@ -66,6 +66,7 @@ _HALVES: Final = 3  # of an arc's last step, where it is blocked
 _SHORTEST: Final = 0.3  # of the least distance between checks: a shorter arc is none
 _TARGETS: Final = 3  # nodes of the other tree to which curves from a node are tried
 _REACH: Final = 6.0  # [radii] curves lead no farther, but to the first two nodes
+FROM_START, FROM_GOAL = 0, 1  # the trees
 COST, NEAREST = 0, 1
 HERE, THERE, FROM, FOUND_AT = 0, 1, 2, 3
 
@@ -90,7 +91,7 @@ class Growth(NamedTuple):
     """How one of the trees grows.
 
     Attributes:
-        which: 0 for the tree from the start, 1 for the one from the goal; grid: costs to the root of the
+        which: FROM_START or FROM_GOAL; grid: costs to the root of the
             other tree; terms: in the direction of its arcs.
         whole, work: of both trees.
     """
@@ -267,16 +268,15 @@ class HybridAStar:
         self._whole = Connection(np.array([inf, inf]), np.zeros(4, np.int64), np.zeros((PIECES, 2)))
         # Against time forward is reverse.
         against = terms._replace(ahead=terms.back, back=terms.ahead)
-        own = (0, grids[0], terms), (1, grids[1], against)
+        own = (FROM_START, grids[0], terms), (FROM_GOAL, grids[1], against)
         self._growths = [Growth(*each, self._whole, work) for each in own]
         self.state = SEARCHING
 
-    def advance(self, budget: int) -> None:
-        """Expand up to so many nodes in each tree."""
-        for which in (1, 0):
-            if self.state == SEARCHING:
-                tree = self._trees[which] = enlarged(self._trees[which], budget)
-                self.state = _advance(tree, self._trees[1 - which], self._growths[which], budget)
+    def advance(self, which: int, budget: int) -> None:
+        """Expand up to so many nodes in a tree, FROM_START or FROM_GOAL."""
+        if self.state == SEARCHING:
+            tree = self._trees[which] = enlarged(self._trees[which], budget)
+            self.state = _advance(tree, self._trees[1 - which], self._growths[which], budget)
 
     @property
     def expanded(self) -> int:

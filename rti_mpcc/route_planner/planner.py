@@ -28,7 +28,14 @@ from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanO
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
-from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Roots
+from rti_mpcc.route_planner.hybrid_astar import (
+    EXHAUSTED,
+    FROM_GOAL,
+    FROM_START,
+    SEARCHING,
+    HybridAStar,
+    Roots,
+)
 from rti_mpcc.route_planner.problem import ARC, RouteProblem, leaving_arcs
 from rti_mpcc.route_planner.shortening import shorten
 
@@ -39,7 +46,8 @@ FIRST = 0.01
 _FORGOTTEN = 0.9  # share of the longest slice that is expected after a cycle without one
 _SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
 _CELLS = 200_000  # of the grid of estimates, at most
-_SLICE = 8  # nodes of each tree that are expanded at a time
+_SLICE = 8  # nodes of each tree that are expanded at a time, one tree after the other:
+HALF = "half"  # is yielded between them
 _CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
 _LEAST_TOLERANCE = 0.5  # share of the tolerance at the end of the shortest segment
 _OF_LENGTH = 0.5  # of a segment, that its end may be missed along it by at most
@@ -104,25 +112,26 @@ class RoutePlanning:
         """There was no time for a slice as long as the longest: one delayed slice must not end it all."""
         self.longest *= _FORGOTTEN
 
-    def advance(self) -> None:
-        """One slice: some milliseconds at most."""
+    def advance(self) -> bool:
+        """One slice, or half of one, some milliseconds at most; whether a slice has come to its end."""
         if self.manoeuvre is not None:
-            return
-        started = perf_counter()
+            return True
+        started, half = perf_counter(), False
         try:
-            next(self._steps)
+            half = next(self._steps) == HALF
         except StopIteration as ended:
             self.manoeuvre = ended.value
         took = perf_counter() - started
         self.seconds, self.longest = self.seconds + took, max(self.longest, took)
         if self.manoeuvre is not None:
             self.manoeuvre = replace(self.manoeuvre, seconds=self.seconds)
+        return not half
 
 
 def _planned(
     problem: RouteProblem, there: float, spent: Callable[[], float]
-) -> Generator[None, None, Manoeuvre]:
-    """Plan; yields between slices, and returns the `Manoeuvre`."""
+) -> Generator[str | None, None, Manoeuvre]:
+    """Plan; yields between slices, `HALF` within one, and returns the `Manoeuvre`."""
     settings, (at_start, at_goal) = problem.config.route, problem.end_clearances
     refused = _refused(problem, at_start, at_goal)
     if refused is not None:
@@ -131,7 +140,7 @@ def _planned(
     along, across, heading = (max(there * most, _SAME) for most in problem.config.goal_tolerance)
     if start.relative_to(goal).within((along, across, heading)):
         return _nothing_to_drive(problem, min(at_start, at_goal))
-    yield
+    yield None
     if at_start >= problem.least:
         terms = problem.terms(min(at_start, at_goal))
         starts = Roots(poses=problem.start[None], arcs=problem.incoming[None], costs=np.zeros(1))
@@ -158,7 +167,7 @@ def _searched(
     grids: tuple[CostToGo, CostToGo],
     terms: Terms,
     spent: Callable[[], float],
-) -> Generator[None, None, Manoeuvre]:
+) -> Generator[str | None, None, Manoeuvre]:
     """The searches, one after the other until there is a route, each in a lattice of its own.
 
     A coarse lattice may be searched in vain while a tight end needs a finer one. And the estimate knows no
@@ -171,14 +180,17 @@ def _searched(
         most = settings.nodes // 2 ** (left + 1) if left else settings.nodes - nodes
         searched = terms._replace(finer=finer, weight=weight)
         search = HybridAStar(body, problem.grid, searched, starts, goals, grids)
-        yield
+        yield None
         while search.state == SEARCHING and most - search.expanded >= 2 and spent() < settings.seconds:
-            search.advance(min(_SLICE, (most - search.expanded) // 2))
-            yield
+            budget = min(_SLICE, (most - search.expanded) // 2)
+            search.advance(FROM_GOAL, budget)
+            yield HALF
+            search.advance(FROM_START, budget)
+            yield None
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
         if search.cost < inf:
             at, route, last = search.route()
-            yield
+            yield None
             rest = replace(problem, start=starts.poses[at])
             route = yield from shorten(rest.start, route, starts.arcs[at], body, problem.grid, terms)
             driven = yield from make_drivable(rest, route, last, terms.margin)
