@@ -24,7 +24,6 @@ Advance = Callable[[float, float], None]
 """Called with the work done and all of it."""
 SHOWN, LONGEST = 12, 200
 """Largest number of fields of a replay's difference that are shown, and of characters of a value."""
-_EXCEEDED = 0.01  # share of a comfort value by which a peak may pass it: the QP is solved to a tolerance
 Row = tuple[str, str, str]
 """Name, value, unit."""
 Figures = dict[str, Any]
@@ -303,7 +302,7 @@ def _step_name(step: Mapping[str, Any]) -> str:
 
 
 def _against(peak: float, comfort: float) -> str:
-    if peak > (1.0 + _EXCEEDED) * comfort:
+    if round(peak, 3) > round(comfort, 3):
         return f"[bold red]{peak:.3f}[/] (limit {comfort:.3f} exceeded)"
     return f"{peak:.3f} (limit {comfort:.3f})"
 
