@@ -4,8 +4,8 @@
 
 Drives four scenarios and keeps every twelfth QP that was solved, with the guess that it was begun from. OSQP
 solves each again to the same tolerance in all ways: as the controller does it, and with one thing changed.
-The interior point solves each to its own tolerance.
-Prints the table and, with `--docs`, writes it into docs/decisions/04-solver-settings.md.
+The interior point solves each to its own tolerance. Prints the table and, with `--docs`, writes it into
+docs/decisions/04-solver-settings.md.
 """
 
 from __future__ import annotations
@@ -112,8 +112,10 @@ def eliminated(
     )
 
 
-def solved(qp: QpProblem, check: int) -> tuple[int, float]:
-    """OSQP's iterations, and its time [µs]."""
+def solved(
+    qp: QpProblem, pattern: QpPattern, scaling: Array, *, check: int = CHECK_INTERVAL
+) -> tuple[int, float]:
+    """OSQP's iterations, and its time [µs]; it looks every `check` iterations whether it is at the end."""
     solver = osqp.OSQP()
     solver.setup(
         qp.cost,
@@ -149,33 +151,27 @@ def solved_exactly(qp: QpProblem, pattern: QpPattern, scaling: Array) -> tuple[i
     return found[0].iterations, 1e6 * min(each.seconds for each in found)
 
 
-CHECK = CHECK_INTERVAL
-Way = tuple[Callable[[QpProblem, QpPattern, Array], QpProblem], int]
-WAYS: dict[str, Way] = {
-    "as it is": (as_it_is, CHECK),
-    "rows in their own units at any distance": (unscaled, CHECK),
-    "termination checked every iteration": (as_it_is, 1),
-    "every 3": (as_it_is, 3),
-    "no guess of the multipliers": (without_dual, CHECK),
-    "virtual progress eliminated": (partial(eliminated, [THETA], [THETA_DOT]), CHECK),
-    "a and δ̇ eliminated": (partial(eliminated, [V, DELTA], [A, DELTA_DOT]), CHECK),
-    "all controls eliminated": (partial(eliminated, [V, DELTA, THETA], [A, DELTA_DOT, THETA_DOT]), CHECK),
+Change = Callable[[QpProblem, QpPattern, Array], QpProblem]
+Solve = Callable[[QpProblem, QpPattern, Array], tuple[int, float]]
+WAYS: dict[str, tuple[Change, Solve]] = {
+    "as it is": (as_it_is, solved),
+    "rows in their own units at any distance": (unscaled, solved),
+    "termination checked every iteration": (as_it_is, partial(solved, check=1)),
+    "every 3": (as_it_is, partial(solved, check=3)),
+    "no guess of the multipliers": (without_dual, solved),
+    "virtual progress eliminated": (partial(eliminated, [THETA], [THETA_DOT]), solved),
+    "a and δ̇ eliminated": (partial(eliminated, [V, DELTA], [A, DELTA_DOT]), solved),
+    "all controls eliminated": (partial(eliminated, [V, DELTA, THETA], [A, DELTA_DOT, THETA_DOT]), solved),
+    "by the interior point, with set-up": (as_it_is, solved_exactly),
 }
-"""What is done to a QP, and how often OSQP looks whether it has come to an end."""
-
-
-INTERIOR_POINT = "by the interior point, with set-up"
+"""What is done to a QP, and what solves it."""
 
 
 def rows(problems: list[Recorded]) -> list[list[str]]:
     """One row of the table for each way."""
     lines = []
-    for name in track((*WAYS, INTERIOR_POINT), "solving", transient=True):
-        changed, check = WAYS.get(name, (as_it_is, CHECK))
-        exactly = name == INTERIOR_POINT
-        found = np.array(
-            [solved_exactly(*one) if exactly else solved(changed(*one), check) for one in problems]
-        )
+    for name, (changed, solve) in track(WAYS.items(), "solving", transient=True):
+        found = np.array([solve(changed(*one), *one[1:]) for one in problems])
         iterations, times = found[:, 0], found[:, 1]
         p50, p95 = np.percentile(iterations, (50.0, 95.0))
         each = float(np.median(times / iterations))

@@ -43,7 +43,7 @@ PHASES: dict[str, tuple[str, ...]] = {
     ),
     "OSQP update": ("rti_mpcc.qp.solver.QpSolver.update",),
     "prepare, rest": ("rti_mpcc.controller.RtiMpcc.prepare",),
-    "OSQP solve": ("rti_mpcc.qp.solver.QpSolver.solve",),
+    "QP solve": ("rti_mpcc.qp.solver.QpSolver.solve",),
     "extraction": ("rti_mpcc.controller.RtiMpcc._read",),
     "feedback, rest": ("rti_mpcc.controller.RtiMpcc.feedback",),
     "check of the plan": ("rti_mpcc.drive.search.rejection_reason",),

@@ -48,7 +48,7 @@ def timed_rows(found: Measured) -> dict[str, Distribution]:
         "cycle in which a QP is solved": solving(rounds)["step_ms"],
         "preparation": solving(rounds)["prepare_ms"],
         "feedback phase": solving(rounds)["feedback_ms"],
-        "of it OSQP's solve": solving(rounds)["solve_ms"],
+        "of it the QPs' solve": solving(rounds)["solve_ms"],
         "first cycle of a drive": rounds.loc[[0], "step_ms"],
         f"cycle{FIRST_ROUND}": later(warm_up)["step_ms"],
         f"first cycle of a drive{FIRST_ROUND}": warm_up.loc[[0], "step_ms"],
@@ -82,7 +82,9 @@ def _cycles(found: Measured) -> str:
     yardstick = found.yardstick.p50
     timed = timed_rows(found)
     rows = [ratio_row(name, one, yardstick) for name, one in timed.items() if not name.endswith(FIRST_ROUND)]
-    iterations = distribution_row("OSQP's iterations", distribution(solving(found.rounds)["iterations"]), 0)
+    iterations = distribution_row(
+        "iterations of the solvers", distribution(solving(found.rounds)["iterations"]), 0
+    )
     return table(["time [ms]", *PERCENTILES, *RATIOS], [*rows, [*iterations, "–", "–", "–"]])
 
 

@@ -27,8 +27,8 @@ from rti_mpcc.types import Command
 SAME = 1e-9
 """Commands of a round differ from the recorded ones by at most this [m/s²], [rad/s]."""
 COLUMNS = ("step_ms", "prepare_ms", "feedback_ms", "solve_ms", "iterations")
-"""What a round holds of every cycle: time of step() as its caller sees it, of the two phases and of OSQP's
-solve as the controller takes them, and OSQP's iterations."""
+"""What a round holds of every cycle: time of step() as its caller sees it, of the two phases and of the
+QPs' solve as the controller takes them, and the iterations of the solvers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,5 +130,5 @@ def phase_round(drives: Sequence[Drive]) -> tuple[pd.DataFrame, SolverCounts]:
     counts.check()
     times = 1e3 * pd.DataFrame(rows, index=np.array(numbers))
     before = times.loc[:, "shift of the last plan":"prepare, rest"].sum(axis=1)
-    after = times.loc[:, "OSQP solve":"feedback, rest"].sum(axis=1)
+    after = times.loc[:, "QP solve":"feedback, rest"].sum(axis=1)
     return times.assign(prepare=before, feedback=after, total=times.sum(axis=1)), counts

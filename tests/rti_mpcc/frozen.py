@@ -191,8 +191,8 @@ class FrozenProblem:
         if self.weights.time > 0.0:
             end = end_time(stages, step.state, self.weights, config.comfort, wheelbase, latest=np.inf)
         problem = HorizonProblem(stages, cost, step, self.bounds, rows or NO_ROWS, end)
-        of_cost, scaling = (self.weights.slack, self.weights.scale), (ROW_SCALING_FROM,)
-        fill(values, pattern, problem, FillOptions(*of_cost, self.damping, IDLE_WEIGHT, *scaling))
+        of_cost = self.weights.slack, self.weights.scale
+        fill(values, pattern, problem, FillOptions(*of_cost, self.damping, IDLE_WEIGHT, ROW_SCALING_FROM))
         back = states[:-1, :PHI] - step.state[:, :PHI]
         fill_curvature(values.cost, pattern.hessians, pattern.dynamics_rows, back, dual, 1.0)
         fill_initial(values, pattern, self.measured - states[0])
