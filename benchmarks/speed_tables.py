@@ -82,9 +82,7 @@ def _cycles(found: Measured) -> str:
     yardstick = found.yardstick.p50
     timed = timed_rows(found)
     rows = [ratio_row(name, one, yardstick) for name, one in timed.items() if not name.endswith(FIRST_ROUND)]
-    iterations = distribution_row(
-        "iterations of the solvers", distribution(solving(found.rounds)["iterations"]), 0
-    )
+    iterations = distribution_row("solvers' iterations", distribution(solving(found.rounds)["iterations"]), 0)
     return table(["time [ms]", *PERCENTILES, *RATIOS], [*rows, [*iterations, "–", "–", "–"]])
 
 

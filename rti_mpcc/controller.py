@@ -231,7 +231,7 @@ class RtiMpcc:
         self._admit(measured, change, linear)
         self._guess = self._first_iterate(change)
         if linear.refused:
-            result = self._solver.nothing(linear.refused)
+            result = QpSolution.none(self._pattern, linear.refused)
         else:
             result = self._solver.solve(self._values, *self._guess, ends)
         solution = self._read(linear, result, started)

@@ -182,7 +182,7 @@ class Replanner:
         assert s.route is not None
         wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.is_stationary
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
-        slices = _SLICES_AT_REST if waits else _SLICES
+        slices: float = _SLICES_AT_REST if waits else _SLICES
         while slices > 0 and planning.manoeuvre is None:
             if not clock.grants(planning.longest):
                 planning.waited()

@@ -72,21 +72,25 @@ def brake(
     else:
         if before is not None and deceleration <= comfort.acceleration:
             wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
-        # The brakes are released evenly, the faster the harder they were.
-        jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
+        jerk = _release_jerk(deceleration, config)
         settling = max(SETTLING_TIME, config.cycle)
         wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
     rate = steering_rate if abs(speed) > STEERING_SPEED else 0.0
     return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)
 
 
+def _release_jerk(deceleration: float, config: ControllerConfig) -> float:
+    """Jerk [m/s³] with which `brake` releases the brakes: evenly, the faster the harder they were."""
+    return config.comfort.jerk * max(deceleration / config.comfort.acceleration, 1.0)
+
+
 def mean_deceleration(speed: float, deceleration: float, config: ControllerConfig) -> float:
     """The constant deceleration [m/s²] that stops in the distance in which `brake` does, releasing the brakes
     with a = sqrt(j v): from v = a² / j on in 2/3 sqrt(v³ / j), which is a³ / (6 j²) more.
 
-    Its even begin is left out: what is needed is asked again in each cycle."""
-    comfort, speed = config.comfort, abs(speed)
-    jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
+    Its even begin is left out: what is needed is asked again in each cycle.
+    """
+    speed, jerk = abs(speed), _release_jerk(deceleration, config)
     if deceleration > config.firm_deceleration or speed == 0.0:
         return deceleration
     if speed < deceleration**2 / jerk:
@@ -201,15 +205,16 @@ def braking_in_time(
 
     `along`: a plan to brake along, where that is as gentle as with the steering held.
     """
-    speed, found = float(context.state[V]), []
+    speed, config, found = float(context.state[V]), context.config, []
+    mean = mean_deceleration(speed, wanted, config)
     for plan in (None,) if along is None else (along, None):
-        motion = braking(context, mean_deceleration(speed, wanted, context.config), plan)
-        distance = collision_check.clear_distance(s, motion, context.config)
-        needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, context.config))
+        motion = braking(context, mean, plan)
+        distance = collision_check.clear_distance(s, motion, config)
+        needed = wanted if distance == inf else max(wanted, before_contact(speed, distance, config))
         found.append((motion, needed, plan))
     motion, needed, plan = min(found, key=lambda each: each[1])
     if needed > wanted:
-        motion = braking(context, mean_deceleration(speed, needed, context.config), plan)
+        motion = braking(context, mean_deceleration(speed, needed, config), plan)
     return motion, needed
 
 

@@ -146,13 +146,12 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
     """Iterate until the last iterate can be driven, or the time is up."""
     solutions: list[Solution] = []
     problem, corridor_infeasible, out_of_time = NO_TIME, False, False
-    last, guess = start.last, start.guess
     while len(solutions) < start.most:
         out_of_time = not context.clock.grants()
         if out_of_time:
             problem = problem or NO_TIME
             break
-        found = _iterate(s, context, replace(start, last=last, guess=guess))
+        found = _iterate(s, context, start)
         solutions.append(found)
         problem = rejection_reason(found, context.config, s.vehicle.disturbance)
         corridor_infeasible = start.first and _corridor_infeasible(
@@ -164,7 +163,7 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
         fits = fits and (not start.reaching or context.reached_by(found.trajectory))
         if fits or not found.solved:
             break
-        last, guess = found, None
+        start = replace(start, last=found, guess=None)
     return SqpResult(
         solutions=tuple(solutions),
         problem=problem,

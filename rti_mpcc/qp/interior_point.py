@@ -56,12 +56,5 @@ def solve_by_interior_point(pattern: QpPattern, values: QpValues) -> QpSolution:
     if status != piqp.PIQP_SOLVED or not (all_finite(primal) and all_finite(dual)):
         word = status.name.removeprefix("PIQP_").lower().replace("_", " ")
         return QpSolution.none(pattern, f"interior point: {word}", iterations, seconds)
-    return QpSolution(
-        solved=True,
-        primal=primal,
-        dual=dual,
-        status=SOLVED,
-        iterations=iterations,
-        residuals=(float(found.info.primal_res), float(found.info.dual_res)),
-        seconds=seconds,
-    )
+    residuals = float(found.info.primal_res), float(found.info.dual_res)
+    return QpSolution(True, primal, dual, SOLVED, iterations, residuals, seconds)

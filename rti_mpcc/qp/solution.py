@@ -21,7 +21,7 @@ class Stop(NamedTuple):
     iterations: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class QpSolution:
     """The result of a QP.
 
@@ -29,9 +29,10 @@ class QpSolution:
         solved: it is optimal to the tolerance, and all numbers are finite; if not, `primal` and `dual` are 0.
         primal: (n,), dual: (m,), in scaled units.
         status: a word for the result; iterations: of OSQP, and of PIQP if it had to solve the QP.
-        interior_point: PIQP had to; residuals: (primal, dual), scaled; infinite without a solution.
-        stopped: what ended the solve from outside, or None.
+        residuals: (primal, dual), scaled; infinite without a solution.
         seconds: of the solve.
+        stopped: what ended the solve from outside, or None.
+        interior_point: PIQP had to solve it.
     """
 
     solved: bool
@@ -39,20 +40,23 @@ class QpSolution:
     dual: Array
     status: str
     iterations: int
-    interior_point: bool = False
     residuals: tuple[float, float] = (inf, inf)
-    stopped: Stop | None = None
     seconds: float = 0.0
+    stopped: Stop | None = None
+    interior_point: bool = False
 
     @classmethod
-    def none(cls, pattern: QpPattern, status: str, iterations: int = 0, seconds: float = 0.0) -> Self:
-        """The result of a QP that was not solved, with the word for why."""
+    def none(
+        cls,
+        pattern: QpPattern,
+        status: str,
+        iterations: int = 0,
+        seconds: float = 0.0,
+        *,
+        stopped: bool = False,
+    ) -> Self:
+        """The result of a QP that was not solved, with the word for why; `stopped`: that ended it."""
         rows, columns = pattern.shape
-        return cls(
-            solved=False,
-            primal=np.zeros(columns),
-            dual=np.zeros(rows),
-            status=status,
-            iterations=iterations,
-            seconds=seconds,
-        )
+        stop = Stop(status, iterations) if stopped else None
+        none = np.zeros(columns), np.zeros(rows)
+        return cls(False, *none, status, iterations, seconds=seconds, stopped=stop)

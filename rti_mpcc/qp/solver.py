@@ -23,7 +23,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.interior_point import solve_by_interior_point
 from rti_mpcc.qp.pattern import QpPattern
-from rti_mpcc.qp.solution import SOLVED, QpSolution, Stop
+from rti_mpcc.qp.solution import SOLVED, QpSolution
 from rti_mpcc.types import Array
 
 GOOD = int(osqp.SolverStatus.OSQP_SOLVED)
@@ -122,33 +122,27 @@ class QpSolver:
             primal: (n,), dual: (m,) guess in scaled units.
             ends: asked before OSQP, and before the interior point.
         """
+        pattern = self._pattern
         if self._osqp is None:
-            return self.nothing("not prepared")
+            return QpSolution.none(pattern, "not prepared")
         lower, upper = self._bounds
         if not _taken(values.lower, values.upper, _INFINITY, lower, upper):
-            return self.nothing(BAD_BOUNDS)
+            return QpSolution.none(pattern, BAD_BOUNDS)
         if ends is not None and (word := ends(0)):
-            return self.nothing(word, stopped=True)
+            return QpSolution.none(pattern, word, stopped=True)
         error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
         error = error or self._osqp.warm_start(primal, dual) or int(self._osqp.solve())
         if error:  # OSQP's solution is an old one
-            return self.nothing(self._refused(error))
+            return QpSolution.none(pattern, self._refused(error))
         info, found = self._osqp.info, self._osqp.solution
         iterations, seconds = int(info.iter), float(info.run_time)
         primal, dual = np.array(found.x), np.array(found.y)
         if info.status_val == GOOD and all_finite(primal) and all_finite(dual):
-            return QpSolution(
-                solved=True,
-                primal=primal,
-                dual=dual,
-                status=SOLVED,
-                iterations=iterations,
-                residuals=(float(info.prim_res), float(info.dual_res)),
-                seconds=seconds,
-            )
+            residuals = float(info.prim_res), float(info.dual_res)
+            return QpSolution(True, primal, dual, SOLVED, iterations, residuals, seconds)
         if ends is not None and (word := ends(iterations)):
-            return self.nothing(word, iterations, seconds, stopped=True)
-        exact = solve_by_interior_point(self._pattern, values)
+            return QpSolution.none(pattern, word, iterations, seconds, stopped=True)
+        exact = solve_by_interior_point(pattern, values)
         iterations, seconds = iterations + exact.iterations, seconds + exact.seconds
         return replace(exact, interior_point=True, iterations=iterations, seconds=seconds)
 
@@ -190,13 +184,6 @@ class QpSolver:
         """The word for what OSQP answered; it is set up anew with the next numbers."""
         self._osqp = None
         return f"refused by OSQP, error {error}"
-
-    def nothing(
-        self, status: str, iterations: int = 0, seconds: float = 0.0, *, stopped: bool = False
-    ) -> QpSolution:
-        """The result of a QP that was not solved, with the word for why; `stopped`: that ended it."""
-        found = QpSolution.none(self._pattern, status, iterations, seconds)
-        return replace(found, stopped=Stop(status, iterations)) if stopped else found
 
 
 @kernel

@@ -91,8 +91,8 @@ class Growth(NamedTuple):
     """How one of the trees grows.
 
     Attributes:
-        which: FROM_START or FROM_GOAL; grid: costs to the root of the
-            other tree; terms: in the direction of its arcs.
+        which: FROM_START or FROM_GOAL; grid: costs to the root of the other tree; terms: in the direction of
+            its arcs.
         whole, work: of both trees.
     """
 

@@ -46,8 +46,8 @@ FIRST = 0.01
 _FORGOTTEN = 0.9  # share of the longest slice that is expected after a cycle without one
 _SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
 _CELLS = 200_000  # of the grid of estimates, at most
-_SLICE = 8  # nodes of each tree that are expanded at a time, one tree after the other:
-HALF = "half"  # is yielded between them
+_SLICE = 8  # nodes of each tree that are expanded in a slice,
+_HALF = 0.5  # of which is that of one tree
 _CLOSER = 1.0 / 3.0  # distance of the poses to check, by this factor after a route that was not clear
 _LEAST_TOLERANCE = 0.5  # share of the tolerance at the end of the shortest segment
 _OF_LENGTH = 0.5  # of a segment, that its end may be missed along it by at most
@@ -112,26 +112,26 @@ class RoutePlanning:
         """There was no time for a slice as long as the longest: one delayed slice must not end it all."""
         self.longest *= _FORGOTTEN
 
-    def advance(self) -> bool:
-        """One slice, or half of one, some milliseconds at most; whether a slice has come to its end."""
+    def advance(self) -> float:
+        """One slice, some milliseconds at most, or half of one; returns how much of it."""
         if self.manoeuvre is not None:
-            return True
-        started, half = perf_counter(), False
+            return 0.0
+        started, share = perf_counter(), None
         try:
-            half = next(self._steps) == HALF
+            share = next(self._steps)
         except StopIteration as ended:
             self.manoeuvre = ended.value
         took = perf_counter() - started
         self.seconds, self.longest = self.seconds + took, max(self.longest, took)
         if self.manoeuvre is not None:
             self.manoeuvre = replace(self.manoeuvre, seconds=self.seconds)
-        return not half
+        return 1.0 if share is None else share
 
 
 def _planned(
     problem: RouteProblem, there: float, spent: Callable[[], float]
-) -> Generator[str | None, None, Manoeuvre]:
-    """Plan; yields between slices, `HALF` within one, and returns the `Manoeuvre`."""
+) -> Generator[float | None, None, Manoeuvre]:
+    """Plan; yields after each slice, or after a share of one that share, and returns the `Manoeuvre`."""
     settings, (at_start, at_goal) = problem.config.route, problem.end_clearances
     refused = _refused(problem, at_start, at_goal)
     if refused is not None:
@@ -167,7 +167,7 @@ def _searched(
     grids: tuple[CostToGo, CostToGo],
     terms: Terms,
     spent: Callable[[], float],
-) -> Generator[str | None, None, Manoeuvre]:
+) -> Generator[float | None, None, Manoeuvre]:
     """The searches, one after the other until there is a route, each in a lattice of its own.
 
     A coarse lattice may be searched in vain while a tight end needs a finer one. And the estimate knows no
@@ -184,9 +184,9 @@ def _searched(
         while search.state == SEARCHING and most - search.expanded >= 2 and spent() < settings.seconds:
             budget = min(_SLICE, (most - search.expanded) // 2)
             search.advance(FROM_GOAL, budget)
-            yield HALF
+            yield _HALF
             search.advance(FROM_START, budget)
-            yield None
+            yield _HALF
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
         if search.cost < inf:
             at, route, last = search.route()
