@@ -5,8 +5,8 @@ A `kernel` is called from Python; its annotations are its signature, and it has 
     @kernel
     def scaled(values: Array2, by: float, out: Out2) -> None: ...
 
-Several arguments together may be a NamedTuple with such annotations. An `inner` is called from kernels only
-and compiled into them. All are plain Python with NUMBA_DISABLE_JIT=1.
+Several arguments together may be a NamedTuple with such annotations. A kernel may call others. An `inner` is
+called from kernels only and compiled into them. All are plain Python with NUMBA_DISABLE_JIT=1.
 
 numba keeps compiled kernels in a directory whose name is a digest of all source files that name
 geometry.compiled: those with kernels, and those whose constants kernels read. What is kept there runs as soon
@@ -191,6 +191,10 @@ class _Kernel:
         """Return it, compiled for the types that its annotations say; it refuses others."""
         if self.compiled is not None:
             return self.compiled
+        called = {id(self.function.__globals__.get(name)) for name in self.function.__code__.co_names}
+        for each in _KERNELS:
+            if id(each.call) in called:
+                each.ready()
         hints = get_type_hints(self.function, include_extras=True)
         result = _type_of(hints.pop("return"))
         signature = result(*map(_type_of, hints.values()))

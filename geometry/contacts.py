@@ -74,29 +74,17 @@ class Contacts:
         return at
 
 
-def line_contacts(body: Body, poses: Array, grid: ShapeGrid, *, within: float, outward: float) -> Array:
-    """Return the `Contacts.values` (n, pieces, owners, 5) of a body at `poses` (n, 3) with lines.
+@kernel
+def line_contacts(
+    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out3
+) -> None:
+    """Write the contacts of a body at `poses` (n, 3) with lines into `found` (n, pieces * owners, 5).
 
     Args:
         grid: segments of lines, as of `ShapeGrid.of_lines`; each owner is a side.
         within: what is farther away is left out [m]; outward: see the module.
+        found: +inf and 0 before.
     """
-    found = no_contacts(len(poses), body.pieces * grid.owners)
-    _line_contacts(body, poses, grid, within, outward, found)
-    return found.reshape(len(poses), body.pieces, grid.owners, CONTACT)
-
-
-def no_contacts(poses: int, slots: int) -> Array:
-    """Return `Contacts.values` (poses, slots, 5) where nothing is near."""
-    found = np.zeros((poses, slots, CONTACT))
-    found[:, :, APART] = inf
-    return found
-
-
-@kernel
-def _line_contacts(
-    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out3
-) -> None:
     segment, witness, run = np.empty((2, 2)), np.empty(WITNESS), np.empty((2, 2))
     slots = (len(body.starts) - 1) * grid.owners
     # Of each slot: by what its contact was chosen, the least distance, and what tells on which side of the

@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 
 from geometry.area import Area
 from geometry.arrays import Array, locked
-from geometry.contacts import Contacts, line_contacts
+from geometry.contacts import Contacts
 from geometry.errors import CorridorError, InputError
-from geometry.flanks import FLANKS, flank_contacts
+from geometry.flanks import FLANKS
+from geometry.free_space import FreeSpace, contacts_in, distances_in
 from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
     CheckedShape,
@@ -55,12 +56,14 @@ class Corridor(Validated, error=CorridorError):
         obstacles: corners (m, 2) of each, counter-clockwise [m]; two of a line, one of a point.
         area: all that is solid besides, or None.
         kept_out: the convex pieces of all obstacles, each obstacle an owner.
+        spaces: all of this around each part of the route; in an area around any.
     """
 
     walls: tuple[PartLines, ...]
     obstacles: tuple[Array, ...] = ()
     area: Area | None = None
     kept_out: ShapeGrid = field(init=False)
+    spaces: tuple[FreeSpace, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         validate(self)
@@ -73,6 +76,12 @@ class Corridor(Validated, error=CorridorError):
         grid = ShapeGrid.of_shapes(pieces, np.repeat(owner, counts), len(shapes))
         object.__setattr__(self, "obstacles", tuple(shape.corners for shape in shapes))
         object.__setattr__(self, "kept_out", grid)
+        object.__setattr__(self, "spaces", tuple(self._around(walls, grid) for walls in self.walls))
+
+    def _around(self, walls: PartLines, obstacles: ShapeGrid) -> FreeSpace:
+        if self.area is not None:
+            return FreeSpace(self.area.grid, walls.smooth, obstacles, inf, FLANKS)
+        return FreeSpace(walls.grid, walls.smooth, obstacles, BEHIND if walls.is_open else inf, self.sides)
 
     @classmethod
     @validated(CorridorError)
@@ -163,11 +172,7 @@ class Corridor(Validated, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        walls = self._part(part).grid if self.area is None else self.area.grid
-        apart = walls.signed_distances(body, poses, within)
-        if not self.obstacles:
-            return apart
-        return np.concatenate((apart, self.kept_out.signed_distances(body, poses, within)), axis=1)
+        return distances_in(self.spaces[self._index(part)], body, to_rows(poses, 3, "poses"), within)
 
     @validated(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
@@ -185,15 +190,7 @@ class Corridor(Validated, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        poses = to_rows(poses, 3, "poses")
-        if self.area is not None:
-            grids = self.area.grid, self.kept_out
-            found = flank_contacts(body, poses, *grids, within=within, outward=outward)
-        else:
-            found = line_contacts(body, poses, self._part(part).smooth, within=within, outward=outward)
-            if self.obstacles:
-                nearest = flank_contacts(body, poses, self.kept_out, within=within, outward=outward, sides=1)
-                found = np.concatenate((found, nearest), axis=2)
+        found = contacts_in(self.spaces[self._index(part)], body, to_rows(poses, 3, "poses"), within, outward)
         return Contacts(values=locked(found))
 
     @validated(late=True)
@@ -202,8 +199,8 @@ class Corridor(Validated, error=CorridorError):
 
         So it is farther than BEHIND beyond one with open ends: that is on another way.
         """
-        walls = self._part(part)
-        return walls.grid.beyond(to_rows(points, 2, "points"), BEHIND if walls.is_open else inf)
+        walls, within = self.walls[self._index(part)], self.spaces[self._index(part)].behind
+        return walls.grid.beyond(to_rows(points, 2, "points"), within)
 
     @validated(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -212,7 +209,7 @@ class Corridor(Validated, error=CorridorError):
         What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
         without ends everything is outside, see `beyond`.
         """
-        walls = self._part(part)
+        walls = self.walls[self._index(part)]
         one, other = to_rows((one, other), 2, "one, other").tolist()
         if not walls.is_open:
             return False
@@ -229,15 +226,15 @@ class Corridor(Validated, error=CorridorError):
     @validated(late=True)
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
-        walls = self._part(part)
+        walls = self.walls[self._index(part)]
         return walls.left, walls.right
 
-    def _part(self, part: int) -> PartLines:
+    def _index(self, part: int) -> int:
         if self.area is not None:
-            return self.walls[0]
+            return 0
         if not 0 <= part < len(self.walls):
             raise InputError(f"part = {part}: must be 0 to {len(self.walls) - 1}.")
-        return self.walls[part]
+        return part
 
 
 def _arrays(obstacles: Sequence[ArrayLike]) -> tuple[Array, ...]:
@@ -272,6 +269,11 @@ def _crosses(walls: PartLines, part: PathPart) -> bool:
         return False
     lines = [line for line in walls.both if len(line) > 1]
     return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
+
+
+def space_around(corridor: Corridor, part: int) -> FreeSpace:
+    """Return what is around a part of the route."""
+    return corridor.spaces[0 if corridor.area is not None else part]
 
 
 def with_shapes(corridor: Corridor, shapes: Sequence[CheckedShape]) -> Corridor:

@@ -9,14 +9,14 @@ side the nearest one counts, as in geometry.contacts. Obstacles in a corridor ar
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, inf, sin
 from typing import Final
 
 import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import Array2, Out4, inner, kernel
-from geometry.contacts import APART, AT_X, CONTACT, keep, no_contacts, reach_out
+from geometry.contacts import APART, AT_X, CONTACT, keep, reach_out
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
 
@@ -36,16 +36,18 @@ def flank_contacts(
         within: what is farther away is left out [m]; outward: see geometry.contacts.
         sides: FLANKS, or 1: all shapes are one side.
     """
-    found = no_contacts(len(poses), body.pieces * sides).reshape(len(poses), body.pieces, sides, CONTACT)
+    found = np.zeros((len(poses), len(body.starts) - 1, sides, CONTACT))
+    found[..., APART] = inf
     for grid in grids:
-        _solid_contacts(body, poses, grid, within, outward, found)
+        solid_contacts(body, poses, grid, within, outward, found)
     return found
 
 
 @kernel
-def _solid_contacts(
+def solid_contacts(
     body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out4
 ) -> None:
+    """Put what is nearer into the contacts `found` (n, pieces, sides, 5), see `flank_contacts`."""
     if len(grid.owner) == 0:
         return
     shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)

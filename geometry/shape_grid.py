@@ -159,7 +159,7 @@ class ShapeGrid(NamedTuple):
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
         found = np.zeros(len(points))
-        _beyond(points, self, within, found)
+        beyond_lines(self, points, within, found)
         return found
 
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -172,7 +172,7 @@ class ShapeGrid(NamedTuple):
         """
         poses = to_rows(poses, 3, "poses")
         found = np.empty((len(poses), self.owners))
-        _signed_distances(body, poses, self, within, found)
+        signed_distances_to(self, body, poses, within, found)
         return found
 
 
@@ -271,7 +271,8 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 
 
 @kernel
-def _signed_distances(body: Body, poses: Array2, grid: ShapeGrid, within: float, found: Out2) -> None:
+def signed_distances_to(grid: ShapeGrid, body: Body, poses: Array2, within: float, found: Out2) -> None:
+    """Write what `ShapeGrid.signed_distances` returns into `found` (n, owners)."""
     shape, witness, middle = np.empty((grid.largest, 2)), np.empty(WITNESS), body.middle
     for n in range(len(poses)):
         for j in range(len(found[n])):
@@ -338,7 +339,8 @@ def is_among(i: int, met: Index, count: int) -> bool:
 
 
 @kernel
-def _beyond(points: Array2, grid: ShapeGrid, within: float, found: Out1) -> None:
+def beyond_lines(grid: ShapeGrid, points: Array2, within: float, found: Out1) -> None:
+    """Write what `ShapeGrid.beyond` returns, of points (n, >= 2), into `found` (n,), which is 0 before."""
     corners, circles, origin, cell, counts = grid.corners, grid.circles, grid.origin, grid.cell, grid.counts
     if len(circles) == 0:
         return

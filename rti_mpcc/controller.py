@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from geometry import Corridor, InputError, PathPart, Pose2, lift
+from geometry.corridor import space_around
 from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
@@ -30,7 +31,15 @@ from rti_mpcc.ocp.corridor_rows import (
 )
 from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
-from rti_mpcc.ocp.horizon import PlanStages, distances, read_only, resample, stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import (
+    PlanArrays,
+    PlanStages,
+    distances,
+    read_only,
+    resample,
+    stage_lengths,
+    stage_times,
+)
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
@@ -76,7 +85,7 @@ class RtiMpcc:
         self.part = part
         self.index = index
         self.config = config
-        self._corridor = corridor
+        self._corridor, self._space = corridor, space_around(corridor, index)
         self._body = body_of(config.vehicle, PIECES)
         behind = config.vehicle.rear if part.direction > 0 else config.vehicle.front
         self._trails = Trailing(self._body.trailing(part.direction), behind)
@@ -104,7 +113,7 @@ class RtiMpcc:
     @validated()
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
-        self._corridor = corridor
+        self._corridor, self._space = corridor, space_around(corridor, self.index)
         if corridor.sides > self._pattern.corridor_rows.shape[2]:
             self._allocate()
 
@@ -256,7 +265,8 @@ class RtiMpcc:
             return None
         config, margin = self.config, self.config.clearance.wanted
         wheelbase = config.vehicle.wheelbase
-        found = stage_contacts(self._corridor, self.index, self._body, plan, margin, wheelbase)
+        motion = PlanArrays(plan.times, plan.states, plan.controls)
+        found = stage_contacts(self._space, self._body, motion, margin, wheelbase)
         return corridor_rows(local[1:, PHI].copy(), found, margin, config.planned_minimum)
 
     def _pressed(self, last: Solution, start: Array) -> bool:

@@ -432,5 +432,5 @@ def _retried(s: ControllerState, status: Status, reason: Reason) -> ControllerSt
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None
     waits = yielding is not None and yielding.clear_since is not None
-    tried = s.is_stationary and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL
+    tried = s.vehicle.stands and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from typing import Self
 
 from geometry import Pose2, ReferencePath
@@ -111,7 +112,7 @@ class SuspendedSearch:
     arrival: Arrival | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Task:
     """What the vehicle does on its segment.
 
@@ -152,22 +153,22 @@ class Task:
         """At the first of these segments."""
         return cls(segment=segments[0], later=segments[1:], yielding=yielding)
 
-    @property
+    @cached_property
     def end(self) -> SegmentEnd:
         """What the vehicle drives to."""
         return self.segment.end if self.stop is None else SegmentEnd.STOP
 
-    @property
+    @cached_property
     def tolerance(self) -> tuple[float, float, float]:
         """There (longitudinal [m], lateral [m], heading [rad])."""
         return self.segment.tolerance if self.stop is None else self.stop.tolerance
 
-    @property
+    @cached_property
     def drives(self) -> bool:
         """Whether a plan is being driven."""
         return self.phase in DRIVING
 
-    @property
+    @cached_property
     def objective(self) -> HorizonObjective:
         """Of the QP."""
         if self.successor is not None:

@@ -25,8 +25,10 @@ import shapely
 from geometry import Area
 from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
+from geometry.corridor import space_around
+from geometry.free_space import FreeSpace, distances_in
 from geometry.outline import shape_of
-from geometry.shape_grid import BodyFrame, in_frame
+from geometry.shape_grid import Body, BodyFrame, in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course.context import PlanningContext
@@ -97,16 +99,19 @@ def distance_to_contact(
 ) -> float:
     """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
     marks, _, states = bodies_along(plan, config, reach)
-    # At the start of the plan distances up to twice the least one count.
-    apart = _distances(s, states, config, within=max(2.0 * least, CONTACT_TOLERANCE))
-    first = _first_too_near(apart, least, max(least - CONTACT_TOLERANCE, 0.0))
+    space = space_around(s.area.corridor, s.task.segment.index)
+    to_boundary, within = max(least - CONTACT_TOLERANCE, 0.0), max(2.0 * least, CONTACT_TOLERANCE)
+    first = _first_too_near(space, body_of(config.vehicle), states, least, to_boundary, within)
     return inf if first < 0 else float(marks[first])
 
 
 @kernel
-def _first_too_near(apart: Array2, least: float, to_boundary: float) -> int:
-    """The first body, at distances (n, 1 + obstacles) [m], that is nearer to something than a plan may come
-    that starts as far from it as this one; -1: none."""
+def _first_too_near(
+    space: FreeSpace, body: Body, states: Array2, least: float, to_boundary: float, within: float
+) -> int:
+    """The first of the bodies at `states` (n, 6) that is nearer to something than a plan may come that starts
+    as far from it as this one; -1: none. At the start distances `within` [m] count."""
+    apart = distances_in(space, body, states[:, :POSE].copy(), within)
     for n in range(len(apart)):
         for j in range(apart.shape[1]):
             begins, kept = apart[0, j], to_boundary if j == 0 else least
@@ -121,24 +126,19 @@ def first_blocked(s: ControllerState, states: Array, config: ControllerConfig) -
 
     In another area than that of the route, what is solid there counts, too.
     """
-    apart = _distances(s, states, config, config.clearance.least)
+    space, poses = space_around(s.area.corridor, s.task.segment.index), np.ascontiguousarray(states[:, :POSE])
+    apart = distances_in(space, body_of(config.vehicle), poses, config.clearance.least)
     blocked = (apart[:, 1:] <= 0.0).any(axis=1)
     if s.area.replaced:
         blocked |= apart[:, 0] <= -CONTACT_TOLERANCE
     return int(np.argmax(blocked)) if blocked.any() else None
 
 
-def _distances(s: ControllerState, states: Array, config: ControllerConfig, within: float) -> Array:
-    """Signed distances (n, 1 + k) [m] of the bodies at `states` (n, >= 3) to boundaries and k obstacles."""
-    poses, part = np.ascontiguousarray(states[:, :POSE]), s.task.segment.index
-    return s.area.corridor.signed_distances(part, body_of(config.vehicle), poses, within)
-
-
 def distance_to_moving(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:
     """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
-    if not s.area.moving:
+    if not s.area.tracked.moving:
         return inf
     marks, times, states = bodies_along(plan, config, reach)
     ahead = s.clock.now - s.area.given_at + later
@@ -147,7 +147,7 @@ def distance_to_moving(
     body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     x, y, around = _circle_around(states, body)
     latest, longest = float(elapsed[-1]), float(stop.max())
-    for obstacle in s.area.moving:
+    for obstacle in s.area.tracked.moving:
         speed, turning, swings = obstacle.speed, obstacle.turning, 2.0 * obstacle.radius
         middle_x, middle_y, radius = obstacle.checked.circle
         covers = radius + swings + speed * latest + (speed + turning) * longest
@@ -276,7 +276,7 @@ def nearest_object(
     body = shapely.Polygon(body_polygons(state[None], config.vehicle)[0])
     speed = abs(float(state[V])) if len(state) > V else 0.0
     stop = config.dead_time + config.cycle + speed / config.limits.acceleration
-    near = [_obstacle(each, body, ahead, stop) for each in surroundings.obstacles]
+    near = [_obstacle(each, body, ahead, stop) for each in surroundings.tracked.obstacles]
     for name, lines in zip(("left", "right"), surroundings.known.lines(part), strict=True):
         shapes = map(shapely.LineString, lines)
         near += [_Near(body.distance(line), f"the {name} boundary", line) for line in shapes]

@@ -34,13 +34,13 @@ GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it
 
 def will_stop_outside(s: ControllerState, context: PlanningContext) -> bool:
     """It will stop outside the tolerance: the target has moved away."""
-    return not s.is_stationary and not context.inside(context.stop_error)
+    return not s.vehicle.stands and not context.inside(context.stop_error)
 
 
 def stands_outside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands outside the tolerance, by far or for a while: noise may show it there for a moment."""
     since = s.task.outside_since
-    if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
+    if since is None or (s.task.phase is Phase.SETTLING and not s.vehicle.stands):
         return False
     hold, error = s.task.hold, context.error
     if hold is not None and hold.docked is None:
@@ -52,24 +52,24 @@ def stands_outside(s: ControllerState, context: PlanningContext) -> bool:
 
 def stands_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands inside the tolerance."""
-    return s.is_stationary and context.inside(context.standing_error)
+    return s.vehicle.stands and context.inside(context.standing_error)
 
 
 def stands_well_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It stands well inside the tolerance: noise does not show it outside."""
-    return s.is_stationary and context.inside(context.standing_error, SETTLE_SHARE)
+    return s.vehicle.stands and context.inside(context.standing_error, SETTLE_SHARE)
 
 
 def came_to_rest(s: ControllerState, context: PlanningContext) -> bool:
     """It has come to rest and is not measured outside the tolerance."""
-    return s.is_stationary and s.task.outside_since is None
+    return s.vehicle.stands and s.task.outside_since is None
 
 
 def passes_target(s: ControllerState, context: PlanningContext) -> bool:
     """It has passed its target, or will although it brakes, by more than an arrival can come back."""
     if not (context.config.arrival and s.task.segment.objective.arrives and context.free):
         return False
-    if s.task.phase is Phase.STARTING and s.is_stationary:
+    if s.task.phase is Phase.STARTING and s.vehicle.stands:
         return False  # it replans at once
     left = context.along - context.speed**2 / (2.0 * context.config.firm_deceleration)
     return left < -PASSED_DISTANCE
@@ -97,20 +97,20 @@ def stop_ends_inside(s: ControllerState, context: PlanningContext) -> bool:
     stopping = context.speed <= SETTLE_TIME * context.config.comfort_acceleration
     due = arrives_now(s, context)
     share = DUE_SHARE if due else SETTLE_SHARE
-    share = 1.0 if overdue(s, context) or (due and s.is_stationary) else share
+    share = 1.0 if overdue(s, context) or (due and s.vehicle.stands) else share
     return stopping and context.inside(context.stop_error, share)
 
 
 def stuck_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer, and is inside the tolerance, or at a stop in front of something."""
-    enough = not context.free or (s.is_stationary and context.inside(context.error))
+    enough = not context.free or (s.vehicle.stands and context.inside(context.error))
     return enough and no_progress(s, context)
 
 
 def no_progress(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
     there = context.free and not context.ends_at_goal and _near(context)
-    if there and s.task.segment.dwell > 0.0 and s.is_stationary:
+    if there and s.task.segment.dwell > 0.0 and s.vehicle.stands:
         return False  # it waits for its dwell, near enough to the end of this segment
     return overdue(s, context) or _stuck(s, context)
 
@@ -161,7 +161,7 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     if task.hold is not None:
         away = _is_away(task.hold, context)
         return (context.now if task.outside_since is None else task.outside_since) if away else None
-    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
+    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.vehicle.stands):
         return task.outside_since
     near = context.inside(context.error, OUTSIDE_SHARE)
     if not context.free or (near and context.inside(context.standing_error)):
@@ -228,7 +228,7 @@ def _stuck(s: ControllerState, context: PlanningContext) -> bool:
 def must_wait(s: ControllerState, context: PlanningContext) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
     config = context.config
-    if s.is_stationary and goal_setpoint.waits_for_dock(s.goal, config):
+    if s.vehicle.stands and goal_setpoint.waits_for_dock(s.goal, config):
         return goal_setpoint.doubt(s, s.arrives_at, config)
     if not (context.ends_at_goal and context.free):
         return ""

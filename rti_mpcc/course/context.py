@@ -126,7 +126,7 @@ def context_of(
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
     start = now + s.vehicle.dead_time
     acting = s.sent[-1].acting(start, s.vehicle.actuators)[0] if s.sent else None
-    stands = route_start.here(s, config) if s.is_stationary and monitor.state is not None else here
+    stands = route_start.here(s, config) if s.vehicle.stands and monitor.state is not None else here
     if s.task.hold is not None and s.task.hold.docked is not None:
         stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here
     return PlanningContext(

@@ -81,7 +81,7 @@ class ReplanRequest:
         if not goal.relative_to(self.goal).within(most):
             return False
         same = self.area.changes == area.changes
-        return same or not obstacles_changed(self.area.standing, area.standing, least)
+        return same or not obstacles_changed(self.area.tracked.standing, area.tracked.standing, least)
 
 
 class Replanner:
@@ -144,7 +144,7 @@ class Replanner:
 
     def area_known(self, s: ControllerState) -> Area:
         """The area with all known static obstacles."""
-        return self._area.with_obstacles([each.outline for each in s.area.standing])
+        return self._area.with_obstacles([each.outline for each in s.area.tracked.standing])
 
     def leaving(self, s: ControllerState, why: str) -> ControllerState:
         """The state of a vehicle that leaves its route and replans in all of the area."""
@@ -180,7 +180,7 @@ class Replanner:
         assert planning is not None
         before = planning.seconds
         assert s.route is not None
-        wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.is_stationary
+        wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.vehicle.stands
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
         slices: float = _SLICES_AT_REST if waits else _SLICES
         while slices > 0 and planning.manoeuvre is None:
@@ -198,7 +198,7 @@ class Replanner:
         assert route is not None
         if s.goal.rejected:
             return ""
-        if route.request and task.phase is Phase.STARTING and s.is_stationary:
+        if route.request and task.phase is Phase.STARTING and s.vehicle.stands:
             return route.request
         goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_route else None
         waits = goal_setpoint.waits_for_dock(s.goal, self._config)
@@ -235,7 +235,7 @@ class Replanner:
             return None
         # A search continues while the vehicle stands, and its route is driven if it is asked for again.
         started = self._planning is not None and s.task.phase is not Phase.HOLDING
-        stuck = not s.on_planned_route and (route.replan_reason or (started and s.is_stationary))
+        stuck = not s.on_planned_route and (route.replan_reason or (started and s.vehicle.stands))
         if s.task.phase is Phase.PLANNING or stuck:
             if not s.vehicle.is_stationary(s.clock.now, s.vehicle.dead_time):
                 return None

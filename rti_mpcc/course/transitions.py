@@ -188,7 +188,7 @@ def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> 
 
 def _lasting_yielding(s: ControllerState) -> Yielding | None:
     """Yielding to an obstacle that moves: another route has to stay clear of it as long as the last one."""
-    return s.task.yielding if s.area.moving else None
+    return s.task.yielding if s.area.tracked.moving else None
 
 
 def _last_plan(s: ControllerState) -> Plans:

@@ -61,14 +61,14 @@ def _decided(s: ControllerState, context: PlanningContext) -> Driven:
     if beyond:
         return _give_up(s, context, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
-        s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
+        s = transition_on(s, Event.GOAL_REJECTED) if s.vehicle.stands else s
         rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
         return _stop(s, context, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context), context)
     s = schedule.rescheduled(s, context)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
     waiting = "" if stays else conditions.must_wait(s, context)
-    if waiting and s.is_stationary:
+    if waiting and s.vehicle.stands:
         return _stop(transition_on(s, Event.GOAL_LOST), context, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context)
 
@@ -85,7 +85,7 @@ def _none_accepted(s: ControllerState) -> str:
 
 def _start(s: ControllerState, context: PlanningContext) -> Driven:
     """Search a first plan."""
-    stands, stop_reason = s.is_stationary, s.task.stop_reason
+    stands, stop_reason = s.vehicle.stands, s.task.stop_reason
     if stands and not replan_due(s, context):
         return _stop(s, context, Verdict(Reason.RETRIES_SOON, stop_reason))
     turning = _turning_wheels(s, context)
@@ -117,7 +117,7 @@ def _turning_wheels(s: ControllerState, context: PlanningContext) -> Driven | No
     """The wheels are turned at rest near the start of a segment that names their angle, or None."""
     angle, (*_, delta, theta) = s.task.segment.wheels, context.state.tolist()
     near = theta - s.task.segment.part.start <= WHEELS_REACH * context.config.size
-    if angle is None or not (s.is_stationary and near and abs(angle - delta) > WHEELS_OFF):
+    if angle is None or not (s.vehicle.stands and near and abs(angle - delta) > WHEELS_OFF):
         return None
     control = fallback.turn_wheels(context.state, angle, context.config)
     motion = fallback.braking(context, context.config.comfort_acceleration)
@@ -353,7 +353,7 @@ def _follow_plan(
     need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.yielding is None else CLEAR_TIME
     distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
-    if s.area.moving:
+    if s.area.tracked.moving:
         slowing = fallback.slowing(context, plan)
         distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
     s = _yielding(s, distance, need if distance < inf else 0.0)
@@ -403,7 +403,7 @@ def _watching(s: ControllerState, context: PlanningContext) -> ControllerState:
     """Halt if the driven plan is not clear of what has changed or moves."""
     plan, area = s.plans.driven, s.area
     changed = s.plans.clear_of != area.changes
-    if plan is None or s.is_stationary or not (changed or area.moving):
+    if plan is None or s.vehicle.stands or not (changed or area.tracked.moving):
         return s
     slowing = fallback.slowing(context, plan)
     distance = collision_check.distance_to_moving(s, slowing, context.config)
@@ -449,7 +449,7 @@ def _stop(
     """
     config, state = context.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
-    if s.is_stationary:
+    if s.vehicle.stands:
         motion = fallback.braking(context, wanted)
         control = fallback.hold(state, config, context.acceleration)
     else:

@@ -34,7 +34,7 @@ def first_plan(s: ControllerState, context: PlanningContext) -> Found:
     From rest, a route past what blocks the segment is asked for first; likewise one in place of a plan that
     may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
     """
-    if s.task.stop is not None and s.is_stationary and _may_ask(s, context):
+    if s.task.stop is not None and s.vehicle.stands and _may_ask(s, context):
         return _requested(s, Found(s, SqpResult(solutions=(), problem=BLOCKED)), BLOCKED)
     started = s.plans.suspended
     s = schedule.scheduled(s, context)
@@ -58,12 +58,12 @@ def _may_ask(s: ControllerState, context: PlanningContext) -> bool:
     """Whether another route from here may be asked for: none was a moment ago."""
     if s.route is None or s.route.fixed:
         return False
-    return not route_start.was_searched(s, context.config) if s.is_stationary else route_start.on_the_move(s)
+    return not route_start.was_searched(s, context.config) if s.vehicle.stands else route_start.on_the_move(s)
 
 
 def _requested(s: ControllerState, found: Found, why: str) -> Found:
     """Ask for another route from here: at rest it is waited for, else what was found is driven meanwhile."""
-    s = s.suspending(None) if s.is_stationary else found.s
+    s = s.suspending(None) if s.vehicle.stands else found.s
     assert s.route is not None
     return found._replace(s=replace(s, route=replace(s.route, request=why)))
 
@@ -103,7 +103,7 @@ def _from_guess(s: ControllerState, context: PlanningContext) -> Found:
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, context: PlanningContext) -> SqpResult:
     """From rest a plan that goes through a boundary is not started: it would only stop in front of it."""
-    if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
+    if attempt.problem or not attempt.corridor_infeasible or not s.vehicle.stands:
         return attempt
     distance = collision_check.distance_to_contact(s, attempt.plan, context.config)
     if distance == inf:

@@ -234,7 +234,7 @@ class DockingMission:
                 given = tuple(given)
             mission_state = replace(mission_state, obstacles=given)
         elif bodies and mission_state.obstacles is None:
-            known = [each.outline for each in self.controller.state.area.obstacles]
+            known = [each.outline for each in self.controller.state.area.tracked.obstacles]
             others = (each for each in known if not any(np.array_equal(each, body) for body in bodies))
             mission_state = replace(mission_state, obstacles=tuple(others))
         self._keep(mission_state)

@@ -20,7 +20,7 @@ def start_step(at: StepStart) -> Started:
     mission_state, s = at.mission_state, at.s
     pending = mission_state.pending[0]
     step = pending.step
-    if step.from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
+    if step.from_rest and (s.vehicle.monitor.state is None or not s.vehicle.stands):
         since = s.clock.now if mission_state.stopping_since is None else mission_state.stopping_since
         mission_state = replace(mission_state, stopping_since=since)
         if s.clock.now - since < min(step.timeout, step.patience):

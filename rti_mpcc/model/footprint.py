@@ -9,6 +9,8 @@ import numpy as np
 
 from geometry import Corridor
 from geometry.arrays import locked
+from geometry.corridor import space_around
+from geometry.free_space import clearances_in
 from geometry.outline import checked_polygon, convex_pieces, merge_convex
 from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
@@ -21,7 +23,9 @@ PIECES = 2
 
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame: the convex pieces of its outline, or a rectangle, see `box_of`."""
-    return box_of(vehicle, pieces) if vehicle.outline is None else _outlined(vehicle.outline)
+    if vehicle.outline is None:
+        return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
+    return _outlined(vehicle.outline)
 
 
 def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
@@ -55,11 +59,7 @@ def clearances(
     """Signed distances (n, 1 + obstacles) [m] of the bodies at `states` (n, >= 3) to what stands, see
     `Corridor.signed_distances`; negative beyond a boundary as well."""
     poses = np.ascontiguousarray(states[:, :POSE])
-    apart = corridor.signed_distances(part, body_of(vehicle), poses, within)
-    for n, depth in enumerate(corridor.beyond(part, poses[:, :PHI]).tolist()):
-        if depth > 0.0:
-            apart[n, 0] = min(apart[n, 0], -depth)
-    return apart
+    return clearances_in(space_around(corridor, part), body_of(vehicle), poses, within)
 
 
 def body_polygons(states: Array, vehicle: Vehicle) -> Array:

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array1, Array2, Array3, Array4, Out1, Out3, Out4, kernel
-from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.side_clearance import between
 from rti_mpcc.ocp.stage_contacts import NEAR
@@ -82,17 +82,18 @@ NO_ROWS = CorridorRows(np.empty((0, 0, 0, POSE)), np.empty((0, 0, 0)))
 
 
 def corridor_rows(
-    headings: Array, contacts: Contacts, margin: float, least: float = inf, near: float = NEAR
+    headings: Array, contacts: Array, margin: float, least: float = inf, near: float = NEAR
 ) -> CorridorRows | None:
-    """Rows (H2) of N stages with these `headings` (N,) [rad] and `contacts`; None if none acts.
+    """Rows (H2) of N stages with these `headings` (N,) [rad]; None if none acts.
 
     Args:
+        contacts: (N, pieces, sides, 5), see geometry.contacts.
         margin: [m]; least: d_min of (H8) [m], inf: the margin is kept whatever is left.
         near: rows act on what is nearer than the margin and this [m].
     """
-    shape = contacts.values.shape[:3]
+    shape = contacts.shape[:3]
     rows = CorridorRows(np.zeros((*shape, POSE)), np.full(shape, LOOSE))
-    return rows if _corridor_rows(headings, contacts.values, margin, near, least, rows) else None
+    return rows if _corridor_rows(headings, contacts, margin, near, least, rows) else None
 
 
 @kernel

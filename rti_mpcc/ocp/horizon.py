@@ -23,6 +23,14 @@ MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
+class PlanArrays(NamedTuple):
+    """A plan as kernels read it: times (N+1,) [s], states (N+1, 6) and controls (N, 3)."""
+
+    times: Out1
+    states: Out2
+    controls: Out2
+
+
 class PlanStages(NamedTuple):
     """A plan in the QP's frame: states (N+1, 6), controls (N, 3) and lengths (N,) [s] of its stages."""
 
@@ -95,7 +103,7 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     the cubic that has the rates of both ends. Behind the plan's end it keeps its last speed and
     heading; before its begin it is held.
     """
-    return _states_at(plan.times, plan.states, plan.controls, times, wheelbase)
+    return interpolated(plan.times, plan.states, plan.controls, times, wheelbase)
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
@@ -159,7 +167,8 @@ def _fill_controls(own: Array, controls: Array, times: Array, mean: Array) -> No
 
 
 @kernel
-def _states_at(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
+def interpolated(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
+    """What `states_at` returns, of a plan with the times `own` (N+1,)."""
     found = np.empty((len(times), STATES))
     _fill_states(own, states, controls, times, wheelbase, found)
     return found

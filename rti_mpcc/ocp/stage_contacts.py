@@ -11,14 +11,13 @@ from math import cos, hypot, radians, sin, sqrt, tan
 
 import numpy as np
 
-from geometry import Corridor
 from geometry.compiled import Array2, Array4, Index1, Out1, Out4, kernel
-from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
+from geometry.free_space import FreeSpace, contacts_in
 from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
-from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.horizon import PlanArrays, interpolated
 from rti_mpcc.ocp.side_clearance import OUTWARD
-from rti_mpcc.types import Trajectory
 
 NEAR = 1.0
 """What is farther from a piece of the body than the margin and this acts on it in no way [m]."""
@@ -29,26 +28,28 @@ BETWEEN = 7
 _SHARES = np.arange(1, BETWEEN + 1) / (BETWEEN + 1)
 
 
-def stage_contacts(
-    corridor: Corridor, index: int, body: Body, plan: Trajectory, margin: float, wheelbase: float
-) -> Contacts:
-    """Contacts of the body at stages 1..N of a plan, or those on the way there that are nearer.
+@kernel
+def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float, wheelbase: float) -> Out4:
+    """Contacts (N, pieces, sides, 5) of the body at stages 1..N of a plan, or nearer ones on the way there.
 
     Normals and points are in the frame of the body at the stage.
 
     Args:
-        index: of the part of the route whose boundaries act.
+        space: around the part of the route that is driven.
         margin: distance that is kept [m]; wheelbase: [m].
     """
-    within = margin + NEAR
-    found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=OUTWARD)
-    stages = np.flatnonzero(_passes_corner(found.values, plan.states, margin))
-    if not len(stages):
+    (times, states, controls), within = plan, margin + NEAR
+    found = contacts_in(space, body, states[1:, :POSE].copy(), within, OUTWARD)
+    stages = np.flatnonzero(_passes_corner(found, states, margin))
+    if len(stages) == 0:
         return found
-    begins, ends = plan.times[stages, None], plan.times[stages + 1, None]
-    between = states_at(plan, (begins + (ends - begins) * _SHARES).ravel(), wheelbase)
-    more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=OUTWARD)
-    return Contacts(values=_nearer(found.values, plan.states, more.values, between, stages, wheelbase))
+    passed = np.empty((len(stages), BETWEEN))
+    for i in range(len(stages)):
+        begin, end = times[stages[i]], times[stages[i] + 1]
+        passed[i] = begin + (end - begin) * _SHARES
+    between = interpolated(times, states, controls, passed.reshape(passed.size), wheelbase)
+    more = contacts_in(space, body, between[:, :POSE].copy(), within, OUTWARD)
+    return _nearer(found, states, more, between, stages, wheelbase)
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from math import hypot
 
 from geometry import PathPart, Pose2, lift
@@ -21,7 +22,7 @@ class TargetKind(Enum):
     POSE = "pose"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Target:
     """Where a one-direction part is to end at rest.
 
@@ -44,12 +45,12 @@ class Target:
     wheels: float | None = None
     wheels_share: float = 0.0
 
-    @property
+    @cached_property
     def stop(self) -> float:
         """min(theta_e, theta_g): where the path stops to count [m]."""
         return min(self.theta, self.theta_end)
 
-    @property
+    @cached_property
     def farthest(self) -> float:
         """How far the progress may go [m]: at a path's end no farther than the stop, it would end there."""
         return self.stop + (OVERRUN if self.kind is TargetKind.POSE else 0.0)

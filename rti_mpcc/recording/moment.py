@@ -67,7 +67,7 @@ def moment_of(controller: object, state: VehicleState, command: Command, time: f
         route=route,
         corridor=corridor,
         obstacles=() if corridor is None else corridor.obstacles,
-        moving=tuple(map(_motion, core.state.area.moving)) if hasattr(core, "state") else (),
+        moving=tuple(map(_motion, core.state.area.tracked.moving)) if hasattr(core, "state") else (),
     )
 
 

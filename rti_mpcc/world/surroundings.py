@@ -55,21 +55,6 @@ class Surroundings:
     changes: int = 0
     unreadable: str = ""
 
-    @property
-    def obstacles(self) -> tuple[TrackedObstacle, ...]:
-        """All of them."""
-        return self.tracked.obstacles
-
-    @property
-    def standing(self) -> tuple[TrackedObstacle, ...]:
-        """Those that stand."""
-        return self.tracked.standing
-
-    @property
-    def moving(self) -> tuple[TrackedObstacle, ...]:
-        """Those that move."""
-        return self.tracked.moving
-
     @classmethod
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
         """Along a path. Raises CorridorError if the corridor is narrower than the body."""
@@ -105,23 +90,23 @@ class Surroundings:
         return replace(self._in(area), replaced=True, changes=self.changes + 1)
 
     def _in(self, area: Area) -> Surroundings:
-        return self._on(with_shapes(Corridor.in_area(area), [each.checked for each in self.standing]))
+        return self._on(with_shapes(Corridor.in_area(area), [each.checked for each in self.tracked.standing]))
 
     def _on(self, corridor: Corridor) -> Surroundings:
         """In a corridor with the static obstacles."""
         known = corridor
-        if self.moving:
-            known = with_shapes(corridor, [each.checked for each in self.obstacles])
+        if self.tracked.moving:
+            known = with_shapes(corridor, [each.checked for each in self.tracked.obstacles])
         return replace(self, corridor=corridor, known=known)
 
     def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
         """With the obstacles given at `now` [s]. Raises CorridorError for one that is no simple polygon."""
-        obstacles = observed(self.obstacles, outlines, now, self.given_at)
-        if obstacles is self.obstacles:
+        obstacles = observed(self.tracked.obstacles, outlines, now, self.given_at)
+        if obstacles is self.tracked.obstacles:
             return self.given_again(now)
         tracked = Tracked(obstacles)
         stand = [each.checked for each in tracked.standing]
-        changed = {id(each) for each in stand} != {id(each.checked) for each in self.standing}
+        changed = {id(each) for each in stand} != {id(each.checked) for each in self.tracked.standing}
         corridor = with_shapes(self.corridor, stand) if changed else self.corridor
         after = replace(self, tracked=tracked, given_at=now, changes=self.changes + changed, unreadable="")
         return after._on(corridor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeVar
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
@@ -35,7 +36,7 @@ class ClockState:
     stood: int = 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class VehicleEstimate:
     """The estimate of the vehicle.
 
@@ -61,7 +62,7 @@ class VehicleEstimate:
     standing_since: float | None = None
     motion: AxisMotion = field(default_factory=AxisMotion)
 
-    @property
+    @cached_property
     def dead_time(self) -> float:
         """From a command until it acts [s]."""
         return self.actuators.dead_time
@@ -71,12 +72,17 @@ class VehicleEstimate:
         """From a command to brake until the drive has answered it [s]."""
         return self.actuators.dead_time + self.actuators.drive.lag
 
+    @cached_property
+    def stands(self) -> bool:
+        """Whether it stands."""
+        return self.standing_since is not None
+
     def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""
         return self.standing_since is not None and now - self.standing_since >= seconds
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class GoalState:
     """What is known of the goal.
 
@@ -109,12 +115,12 @@ class GoalState:
     waiting: bool = False
     terms: GoalTerms = NO_TERMS
 
-    @property
+    @cached_property
     def accepted(self) -> bool:
         """Whether a given or detected goal was accepted."""
         return self.origin is GoalOrigin.GIVEN or self.detected is not None
 
-    @property
+    @cached_property
     def rejected(self) -> bool:
         """Whether the given goal was rejected, and no other one was accepted."""
         return self.refusal != "" and not self.accepted
@@ -135,11 +141,6 @@ class World:
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
     sent: tuple[Actuation, ...] = ()
-
-    @property
-    def is_stationary(self) -> bool:
-        """Whether the vehicle stands."""
-        return self.vehicle.standing_since is not None
 
 
 W = TypeVar("W", bound=World)

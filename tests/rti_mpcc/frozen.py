@@ -186,7 +186,7 @@ class FrozenProblem:
         step, rows = linearised_step(states, controls, self.lengths, wheelbase), None
         if self.planes is not None:
             planes, margin = self.planes.at(states[1:]), config.clearance.wanted
-            rows = corridor_rows(states[1:, PHI].copy(), planes, margin, near=1e12)
+            rows = corridor_rows(states[1:, PHI].copy(), planes.values, margin, near=1e12)
         stages, end = PlanStages(states, controls, self.lengths), FIXED_END
         if self.weights.time > 0.0:
             end = end_time(stages, step.state, self.weights, config.comfort, wheelbase, latest=np.inf)

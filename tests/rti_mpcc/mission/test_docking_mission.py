@@ -390,7 +390,7 @@ def test_the_body_of_an_earlier_mission_is_no_obstacle_for_a_move_into_contact_w
     cart = block(0.0, 5.0, 1.0, 6.0)
     first = mission_in(YARD, [Dock(STANDS, body=BODY)])
     driven(first, YARD, 5.0, start=STANDS, obstacles_at=lambda now: [cart])
-    known = [each.outline for each in first.controller.state.area.obstacles]
+    known = [each.outline for each in first.controller.state.area.tracked.obstacles]
     assert len(known) == 2
     touch = AHEAD - BRISK.vehicle.front
     move = Straight(touch + 0.05, speed=0.3, patience=3.0)
@@ -398,7 +398,7 @@ def test_the_body_of_an_earlier_mission_is_no_obstacle_for_a_move_into_contact_w
     drive = driven(again, YARD, 30.0, start=STANDS, shown=lambda now: 20.0 + now)
     assert again.result is SUCCEEDED
     assert drive.states[-1, 0] == pytest.approx(STANDS.x + touch + 0.05, abs=0.02)
-    (left,) = [each.outline for each in first.controller.state.area.obstacles]
+    (left,) = [each.outline for each in first.controller.state.area.tracked.obstacles]
     np.testing.assert_array_equal(left, cart)
 
 
@@ -409,7 +409,7 @@ def test_a_move_that_cannot_begin_leaves_the_body_an_obstacle() -> None:
     driven(mission, YARD, 10.0, start=off)
     assert mission.result is NOT_REACHED
     assert len(mission.mission_state.standing) == 1
-    assert len(mission.controller.state.area.obstacles) == 1
+    assert len(mission.controller.state.area.tracked.obstacles) == 1
 
 
 # -- whatever comes in ---------------------------------------------------------------------------------------

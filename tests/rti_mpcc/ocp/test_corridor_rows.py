@@ -58,7 +58,7 @@ def contacts_of(corridor: Corridor, states: Array, near: float = 1e3) -> Contact
 
 
 def rows_about(states: Array, contacts: Contacts, near: float = 1e3) -> CorridorRows:
-    rows = corridor_rows(states[:, PHI].copy(), contacts, MARGIN, near=near)
+    rows = corridor_rows(states[:, PHI].copy(), contacts.values, MARGIN, near=near)
     assert rows is not None
     return rows
 
@@ -101,7 +101,7 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
     assert np.isfinite(rows.lower).all()
     away = states + 1e4 * np.eye(6)[0]
     none = contacts_of(corridor, away, near=0.5)
-    assert corridor_rows(away[:, PHI].copy(), none, MARGIN, near=0.5) is None
+    assert corridor_rows(away[:, PHI].copy(), none.values, MARGIN, near=0.5) is None
 
 
 def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> None:
@@ -111,7 +111,7 @@ def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> N
         corridor = Corridor.from_offsets(path, left=half + room, right=-half - room)
         states = np.array([[10.0, 0.02, 0.0, 0.0, 0.0, 0.0]])
         contacts = contacts_of(corridor, states)
-        rows = corridor_rows(np.zeros(1), contacts, MARGIN, 0.05)
+        rows = corridor_rows(np.zeros(1), contacts.values, MARGIN, 0.05)
         assert rows is not None
         np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], kept, atol=1e-12)
 
@@ -125,7 +125,7 @@ def test_between_walls_that_do_not_face_each_other_the_margin_is_kept() -> None:
     corridor = Corridor.from_offsets(path, left=0.5 * vehicle.width + near, right=-90.0, obstacles=[block])
     states = np.array([[10.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
     contacts = contacts_of(corridor, states)
-    rows = corridor_rows(np.zeros(1), contacts, MARGIN, 0.05)
+    rows = corridor_rows(np.zeros(1), contacts.values, MARGIN, 0.05)
     assert rows is not None
     for piece, side in ((0, 0), (PIECES - 1, 2)):
         assert contacts.apart[0, piece, side] == pytest.approx(near)

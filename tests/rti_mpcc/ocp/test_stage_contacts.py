@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
+from geometry.contacts import Contacts
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V
-from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.horizon import PlanArrays, states_at
 from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.types import Trajectory
 
@@ -52,10 +53,15 @@ def beside_a_corner() -> Corridor:
     return Corridor.from_offsets(path, left=20.0, right=-20.0, obstacles=[ring])
 
 
+def contacts_along(corridor: Corridor, plan: Trajectory) -> Contacts:
+    """At its stages, or on the way there."""
+    motion = PlanArrays(plan.times, plan.states, plan.controls)
+    return Contacts(values=stage_contacts(corridor.spaces[0], BODY, motion, MARGIN, VEHICLE.wheelbase))
+
+
 def nearest(plan: Trajectory) -> float:
     """The least distance to the obstacle at the stages of a plan [m]."""
-    found = stage_contacts(beside_a_corner(), 0, BODY, plan, MARGIN, VEHICLE.wheelbase)
-    return float(found.apart[..., 2].min())
+    return float(contacts_along(beside_a_corner(), plan).apart[..., 2].min())
 
 
 @pytest.mark.parametrize("late", [0.05, 0.1, 0.15, 0.2, 0.25, 0.3])
@@ -70,14 +76,14 @@ def test_what_a_corner_comes_to_between_stages_is_known(late: float) -> None:
 def test_normals_and_points_are_those_of_the_stage() -> None:
     """As all bodies are moved, and turned about their axles, the distance changes by the half-plane."""
     plan, corridor = turning(0.15), beside_a_corner()
-    found = stage_contacts(corridor, 0, BODY, plan, MARGIN, VEHICLE.wheelbase)
+    found = contacts_along(corridor, plan)
     k, piece = np.unravel_index(np.argmin(found.apart[..., 2]), found.apart.shape[:2])
     for turn_most in (0.0, 1e-4):
         for change in np.random.default_rng(3).uniform(-1e-4, 1e-4, (20, 3)) * (1.0, 1.0, turn_most / 1e-4):
             states = plan.states.copy()
             states[:, :POSE] += change
             moved = Trajectory(times=plan.times, states=states, controls=plan.controls)
-            after = stage_contacts(corridor, 0, BODY, moved, MARGIN, VEHICLE.wheelbase).apart[k, piece, 2]
+            after = contacts_along(corridor, moved).apart[k, piece, 2]
             normal = found.normal[k, piece, 2] * np.exp(1j * plan.states[k + 1, PHI])
             slopes = np.array([normal.real, normal.imag, (found.at.conj() * found.normal).imag[k, piece, 2]])
             # The way from a stage to where the body is nearest turns with it.
@@ -88,7 +94,7 @@ def test_normals_and_points_are_those_of_the_stage() -> None:
 def test_beside_walls_without_corners_nothing_is_looked_at_twice() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
     corridor, plan = Corridor.from_offsets(path, left=6.0, right=-1.2), turning(0.2)
-    found = stage_contacts(corridor, 0, BODY, plan, MARGIN, VEHICLE.wheelbase)
+    found = contacts_along(corridor, plan)
     plain = corridor.contacts(0, BODY, plan.states[1:, :POSE], within=1.1, outward=0.02)
     assert np.isfinite(plain.apart).any()
     np.testing.assert_array_equal(found.values, plain.values)
