@@ -16,7 +16,7 @@ Behind both ends a part goes on straight along the tangent of that end (curvatur
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from math import atan2, ceil, cos, inf, isfinite, isnan, nan, pi, sin
 from typing import Any, Final, NamedTuple
@@ -61,6 +61,8 @@ class PathPart(Validated, error=PathError):
         curvatures: (m,) kappa of each piece, positive = steered to the left [1/m].
         x, y: (m+1,) position at the knots [m].
         phi: (m+1,) heading of the vehicle at the knots [rad].
+        start, end: theta of the first and of the last pose [m].
+        arcs: all of this, as kernels take it.
     """
 
     direction: int
@@ -69,24 +71,24 @@ class PathPart(Validated, error=PathError):
     x: Array
     y: Array
     phi: Array
+    start: float = field(init=False)
+    end: float = field(init=False)
+    arcs: Arcs = field(init=False)
 
     def __post_init__(self) -> None:
         validate(self)
-        for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
+        if len(self.knots) < 2:
+            raise PathError(f"PathPart.knots = {self.knots.tolist()}: must be two or more")
+        arrays = self.knots, self.curvatures, self.x, self.y, self.phi
+        for values in arrays:
             values.setflags(write=False)
+        object.__setattr__(self, "arcs", Arcs(*arrays, float(self.direction)))
+        object.__setattr__(self, "start", float(self.knots[0]))
+        object.__setattr__(self, "end", float(self.knots[-1]))
 
     def __reduce__(self) -> tuple[Any, ...]:  # kernels refuse other arrays than closed ones: of copies, too
-        return partial(PathPart, **{each.name: getattr(self, each.name) for each in fields(self)}), ()
-
-    @property
-    def start(self) -> float:
-        """Theta of the first pose [m]."""
-        return float(self.knots[0])
-
-    @property
-    def end(self) -> float:
-        """Theta of the last pose [m]."""
-        return float(self.knots[-1])
+        given = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
+        return partial(PathPart, **given), ()
 
     @property
     def first(self) -> Pose2:
@@ -118,7 +120,7 @@ class PathPart(Validated, error=PathError):
         """
         theta = to_floats(theta).reshape(-1)
         x, y, phi, slope = found = np.empty((4, theta.size))
-        _reference(self._arcs, theta, found)
+        _reference(self.arcs, theta, found)
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     @validated(late=True)
@@ -129,7 +131,7 @@ class PathPart(Validated, error=PathError):
     @validated(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        return Pose2(*_pose(self._arcs, to_float(theta)))
+        return Pose2(*pose_at(self.arcs, to_float(theta)))
 
     @validated(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:
@@ -173,14 +175,10 @@ class PathPart(Validated, error=PathError):
         if near is not None:
             low, high = min(max(near - reach, low), high), min(max(near + reach, low), high)
         heading = nan if heading is None else float(heading)
-        return _closest(float(x), float(y), self._arcs, low, high, heading)
-
-    @property
-    def _arcs(self) -> _Arcs:
-        return _Arcs(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction))
+        return closest_to(self.arcs, float(x), float(y), low, high, heading)
 
 
-class _Arcs(NamedTuple):
+class Arcs(NamedTuple):
     """A `PathPart` as kernels take it."""
 
     knots: Array1
@@ -192,20 +190,21 @@ class _Arcs(NamedTuple):
 
 
 @kernel
-def _reference(arcs: _Arcs, theta: Array1, found: Out2) -> None:
+def _reference(arcs: Arcs, theta: Array1, found: Out2) -> None:
     """Rows of `found`: x, y, phi, slope."""
     for j in range(len(theta)):
         found[0, j], found[1, j], found[2, j], found[3, j] = _reference_at(arcs, theta[j])
 
 
 @kernel
-def _pose(arcs: _Arcs, theta: float) -> tuple[float, float, float]:
+def pose_at(arcs: Arcs, theta: float) -> tuple[float, float, float]:
+    """Return x, y, phi at theta [m], as `PathPart.pose` does."""
     x, y, heading, _ = _reference_at(arcs, theta)
     return x, y, heading
 
 
 @inner
-def _reference_at(arcs: _Arcs, theta: float) -> tuple[float, float, float, float]:
+def _reference_at(arcs: Arcs, theta: float) -> tuple[float, float, float, float]:
     """Equations (1), (2): x, y, phi, slope."""
     knots, curvatures, x, y, phi, direction = arcs
     i = _piece_at(knots, theta)
@@ -223,7 +222,7 @@ def _reference_at(arcs: _Arcs, theta: float) -> tuple[float, float, float, float
 
 
 @kernel
-def _closest(x: float, y: float, arcs: _Arcs, lowest: float, highest: float, wanted: float) -> float:
+def closest_to(arcs: Arcs, x: float, y: float, lowest: float, highest: float, wanted: float) -> float:
     """Return the theta in [lowest, highest] of the point of a part that is closest to (x, y) [m].
 
     In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta

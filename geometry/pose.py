@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import cos, isfinite, sin
 
 from geometry.angles import wrap
-from geometry.errors import InputError
+from geometry.errors import InputError, shown
 from geometry.validation import Validated, validate, validated
 
 
@@ -36,21 +36,23 @@ class Pose2(Validated):
             if not isfinite(value := getattr(self, name)):
                 raise InputError(f"Pose2: {name} = {value} must be finite.")
 
-    @validated(late=True)
     def compose(self, offset: Pose2) -> Pose2:
         """Return the world pose of `offset`, which is given in the frame of this pose.
 
         Args:
             offset: x longitudinal along the heading, y lateral to the left [m]; its phi is added [rad].
         """
+        if not isinstance(offset, Pose2):
+            raise InputError(f"offset = {shown(offset)}: must be a Pose2")
         c, s = cos(self.phi), sin(self.phi)
         return Pose2(
             self.x + c * offset.x - s * offset.y, self.y + s * offset.x + c * offset.y, self.phi + offset.phi
         )
 
-    @validated(late=True)
     def relative_to(self, frame: Pose2) -> Pose2:
         """Return this pose in the frame of another: inverse of `compose`, heading in (-pi, pi]."""
+        if not isinstance(frame, Pose2):
+            raise InputError(f"frame = {shown(frame)}: must be a Pose2")
         ahead, aside = offset(self.x - frame.x, self.y - frame.y, frame.phi)
         return Pose2(ahead, aside, wrap(self.phi - frame.phi))
 

@@ -41,7 +41,7 @@ class CycleClock:
 
     def __init__(self, deadline: float | None = None) -> None:
         self._started = self._asked = perf_counter()
-        self._deadline = deadline
+        self._until = inf if deadline is None else self._started + deadline
         self._longest = 0.0
         self._granted: list[bool] = []
         self._stops: list[Stop | None] = []
@@ -51,11 +51,6 @@ class CycleClock:
     def seconds(self) -> float:
         """Since the begin of the cycle [s]."""
         return perf_counter() - self._started
-
-    @property
-    def left(self) -> float:
-        """What is left for finding a plan [s]; infinite without a deadline."""
-        return inf if self._deadline is None else self._deadline - EXIT - self.seconds
 
     @property
     def decisions(self) -> Decisions:
@@ -68,7 +63,7 @@ class CycleClock:
         if self._granted:
             self._longest = max(self._longest, now - self._asked)
         self._asked = now
-        self._granted.append(self.left > max(self._longest, least))
+        self._granted.append(self._until - EXIT - now > max(self._longest, least))
         return self._granted[-1]
 
     def ends(self) -> Ends:
@@ -81,7 +76,7 @@ class CycleClock:
         def word(iterations: int) -> str:
             if stop is not None and iterations >= stop.iterations:
                 return stop.status
-            return TIME_IS_UP if self.left <= 0.0 and not first else ""
+            return TIME_IS_UP if perf_counter() >= self._until - EXIT and not first else ""
 
         return word
 
@@ -96,11 +91,8 @@ class CycleClock:
     def late(self) -> bool:
         """Whether the deadline has passed. Decided once: asked again, the answer stays."""
         if self._late is None:
-            self._late = self._passed(self._deadline is not None and self.seconds > self._deadline)
+            self._late = perf_counter() > self._until
         return self._late
-
-    def _passed(self, passed: bool) -> bool:
-        return passed
 
 
 class PlayedBack(CycleClock):
@@ -108,7 +100,7 @@ class PlayedBack(CycleClock):
 
     def __init__(self, decisions: Decisions) -> None:
         super().__init__()
-        self._played = decisions
+        self._played, self._late = decisions, decisions.late
 
     def stop(self) -> Stop | None:
         """What ended this QP when it was recorded."""
@@ -120,6 +112,3 @@ class PlayedBack(CycleClock):
         place = len(self._granted)
         self._granted.append(place < len(self._played.granted) and self._played.granted[place])
         return self._granted[-1]
-
-    def _passed(self, passed: bool) -> bool:
-        return self._played.late

@@ -16,7 +16,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
-from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, V
+from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -30,16 +30,15 @@ from rti_mpcc.ocp.corridor_rows import (
     relaxed_bounds,
 )
 from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
-from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
-from rti_mpcc.ocp.horizon import (
-    PlanArrays,
-    PlanStages,
-    distances,
-    read_only,
-    resample,
-    stage_lengths,
-    stage_times,
+from rti_mpcc.ocp.frenet import (
+    LocalFrame,
+    frenet_errors,
+    local_to_world,
+    pose_in,
+    reference_in,
+    world_to_local,
 )
+from rti_mpcc.ocp.horizon import Grid, PlanArrays, PlanStages, distances, read_only, shift
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_contacts import stage_contacts
@@ -157,24 +156,25 @@ class RtiMpcc:
         horizon = objective.horizon(at, config)
         if horizon is None:
             horizon = max(float(plan.times[-1]) - at, LEAST_TIME)
-        lengths = stage_lengths(horizon, config.cycle, config.stages)
-        shifted = resample(plan, stage_times(at, lengths), wheelbase)
-        frame = LocalFrame.at(shifted.states[0])
-        states, controls = frame.states_in(shifted.states), shifted.controls
+        grid = Grid(at, horizon, config.cycle, config.stages)
+        motion, lengths = shift(plan.times, plan.states, plan.controls, grid, wheelbase)
+        shifted, controls = Trajectory(**motion._asdict()), motion.controls
+        frame = LocalFrame(*motion.states[0, :POSE].tolist())
+        states = world_to_local(frame, motion.states)
         stages = PlanStages(states, controls, lengths)
         theta = states[:, THETA].copy()
 
         weights = objective.weights(config, target, theta, lengths)
         errors = None
         if weights.follows_path:
-            reference = frame.reference_in(objective.reference(self.part, theta, config))
+            reference = reference_in(frame, objective.reference(self.part, theta, config))
             errors = frenet_errors(states, reference, self.part.direction)
         here = Linearised(
             shifted.states, states, controls, lengths, errors, weights, self._corridor, self.index, config
         )
         cost = quadratic_cost(states, controls, weights, errors, config.comfort, wheelbase)
         objective.add_terms(here, cost.state_hessian, cost.state_gradient)
-        add_goal(cost, weights, states[-1], frame.pose_in(target.pose), target.wheels or 0.0)
+        add_goal(cost, weights, states[-1], pose_in(frame, target.pose), target.wheels or 0.0)
         for term in config.objective.terms:
             add_residual(cost, term.residual(here))
         step = linearised_step(states, controls, lengths, wheelbase)
@@ -191,7 +191,7 @@ class RtiMpcc:
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
-        rows = self._rows(shifted, states) if along_path else None
+        rows = self._rows(motion, states) if along_path else None
         drift = None if rows is None else free_response(states, lengths, wheelbase)
         end = FIXED_END
         if weights.time > 0.0:
@@ -232,7 +232,7 @@ class RtiMpcc:
         started = perf_counter()
         linear = self._linearisation
         assert linear is not None
-        measured = linear.frame.states_in(state[None])[0]
+        measured = world_to_local(linear.frame, state[None])[0]
         measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
         measured[THETA] = min(measured[THETA], self.target.farthest)
         change = measured - linear.stages.states[0]
@@ -259,14 +259,13 @@ class RtiMpcc:
         elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
         return self.side_clearance.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
-    def _rows(self, plan: Trajectory, local: Array) -> CorridorRows | None:
+    def _rows(self, plan: PlanArrays, local: Array) -> CorridorRows | None:
         """Corridor rows of stages 1..N of a plan, whose states are `local` (N+1, 6) in the QP's frame."""
         if not self._pattern.corridor_rows.size:
             return None
         config, margin = self.config, self.config.clearance.wanted
         wheelbase = config.vehicle.wheelbase
-        motion = PlanArrays(plan.times, plan.states, plan.controls)
-        found = stage_contacts(self._space, self._body, motion, margin, wheelbase)
+        found = stage_contacts(self._space, self._body, plan, margin, wheelbase)
         return corridor_rows(local[1:, PHI].copy(), found, margin, config.planned_minimum)
 
     def _pressed(self, last: Solution, start: Array) -> bool:
@@ -301,8 +300,7 @@ class RtiMpcc:
     def _first_iterate(self, change: Array) -> tuple[Array, Array]:
         """What the solver starts from: the measured state, and slack and multipliers of the last solution."""
         pattern = self._pattern
-        rows, columns = pattern.shape
-        primal, dual = np.zeros(columns), np.zeros(rows)
+        primal, dual = np.zeros_like(self._values.gradient), np.zeros_like(self._values.lower)
         primal[pattern.state_columns[0]] = change / STATE_UNITS
         if self._last is not None:
             primal[pattern.slack_columns] = self._last.slack / SLACK_UNIT
@@ -316,7 +314,7 @@ class RtiMpcc:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
         else:
             change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
-        states = linear.frame.states_out(linear.stages.states + change[pattern.state_columns])
+        states = local_to_world(linear.frame, linear.stages.states + change[pattern.state_columns])
         controls, times = shifted.controls + change[pattern.control_columns], shifted.times
         if linear.weights.time > 0.0:  # the progress keeps to its stages
             longer = float(change[pattern.time_column[0]])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, hypot, pi
+from math import copysign, hypot, nan, pi
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
+from geometry.part import closest_to, pose_at
 from geometry.pose import offset
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
@@ -121,7 +122,7 @@ def context_of(
     assert task.target is not None
     target = task.target if task.stop is None else stop_on(part, task.stop.at)
     x, y, phi, v, _, theta = state
-    here, on_path = Pose2(x, y, phi), part.pose(theta)
+    here, on_path = Pose2(x, y, phi), Pose2(*pose_at(part.arcs, theta))
     along, distance = distance_left(here, theta, on_path, part.direction, target)
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
     start = now + s.vehicle.dead_time
@@ -161,8 +162,9 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
         theta = part.project(x, y, heading=phi)
         heading = part.pose(theta).phi
     else:
-        near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
+        near, begin, end = max(float(last[THETA]), part.start), part.start, part.end
+        low, high = min(max(near - PROGRESS_STEP, begin), end), min(max(near + PROGRESS_STEP, begin), end)
+        theta = closest_to(part.arcs, x, y, low, high, nan)
         heading = float(last[PHI])
     if theta <= part.start:
         first = part.first

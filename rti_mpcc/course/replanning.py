@@ -200,9 +200,7 @@ class Replanner:
             return ""
         if route.request and task.phase is Phase.STARTING and s.vehicle.stands:
             return route.request
-        goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_route else None
-        waits = goal_setpoint.waits_for_dock(s.goal, self._config)
-        if goal is not None and planned is not None and not waits and self._elsewhere(goal, planned.goal):
+        if s.on_planned_route and route.manoeuvre is not None and self._has_moved(s, route.manoeuvre.goal):
             return "the goal has moved"
         if (
             task.phase is Phase.HOLDING
@@ -222,8 +220,11 @@ class Replanner:
             return task.stop_reason
         return ""
 
-    def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
-        position, heading = GOAL_MOVED
+    def _has_moved(self, s: ControllerState, planned: Pose2) -> bool:
+        """Whether the goal is another one than `planned`, and not one that is waited for until it stands."""
+        goal, (position, heading) = s.goal_pose, GOAL_MOVED
+        if goal is None or goal_setpoint.waits_for_dock(s.goal, self._config):
+            return False
         off = goal.relative_to(planned)
         return apart(goal, planned) > self._config.size * position or abs(off.phi) > heading
 
@@ -280,6 +281,8 @@ class Replanner:
 
     def _with_result(self, s: ControllerState) -> ControllerState:
         """With the route that was found for where the vehicle is, or the reason why there is none."""
+        if self._planning is None:
+            return s
         found, route, config = self._found(), s.route, self._config
         if found is None or route is None or self._request is None:
             return s

@@ -79,11 +79,11 @@ def diagnose(
     """The diagnostics of a cycle whose control acts from `state` (6,) on."""
     attempt, arrives_at = decision.attempt, s.arrives_at
     solutions = attempt.solutions if attempt else ()
-    iterations, prepare, feedback, solve = 0, 0.0, 0.0, 0.0
+    iterations, prepare, feedback, solve, interior_point = 0, 0.0, 0.0, 0.0, False
     for each in solutions:
         iterations += each.iterations
         prepare, feedback = prepare + each.prepare_seconds, feedback + each.feedback_seconds
-        solve += each.solve_seconds
+        solve, interior_point = solve + each.solve_seconds, interior_point or each.interior_point
     return Diagnostics(
         theta=float(state[THETA]),
         part=s.task.segment.index,
@@ -107,7 +107,7 @@ def diagnose(
         disturbance=s.vehicle.disturbance.acceleration,
         steering_offset=s.vehicle.disturbance.steering,
         cause=decision.verdict.reason,
-        interior_point=any(each.interior_point for each in solutions),
+        interior_point=interior_point,
     )
 
 
@@ -170,15 +170,14 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
 @kernel
 def _turn_back(disturbance: Disturbance, times: Array1, states: Out2, controls: Out2) -> None:
     """Equation (O4), from what acts to what is measured and commanded."""
-    d, o, gain, turn = disturbance
     for k in range(len(controls)):
-        controls[k, A] = (controls[k, A] - d) / gain
+        controls[k, A] = (controls[k, A] - disturbance.acceleration) / disturbance.gain
         # As `Disturbance.commanded_rate`: the angles of the plan differ by its defects, too.
         length, acting = times[k + 1] - times[k], states[k, DELTA]
-        end = measured_steering(acting + length * controls[k, DELTA_DOT], o, turn)
-        states[k, DELTA] = measured_steering(acting, o, turn)
+        end = measured_steering(disturbance, acting + length * controls[k, DELTA_DOT])
+        states[k, DELTA] = measured_steering(disturbance, acting)
         controls[k, DELTA_DOT] = (end - states[k, DELTA]) / length
-    states[-1, DELTA] = measured_steering(states[-1, DELTA], o, turn)
+    states[-1, DELTA] = measured_steering(disturbance, states[-1, DELTA])
 
 
 def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:

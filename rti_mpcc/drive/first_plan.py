@@ -117,14 +117,14 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, context: Plannin
 def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether the last segment of a path is checked before its first: at rest, for a new goal. A goal beside
     the path's end can be out of reach from there."""
-    route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
-    if route is None or goal is None or measured is None:
+    route, task, measured = s.route, s.task, s.vehicle.monitor.state
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.later) > 0
+    if route is None or measured is None or not (begins and config.objective.arrives_at_goal):
         return False
     if s.on_planned_route or route.replan_reason or s.goal.rejected:
         return False
-    stands = abs(float(measured[V])) <= config.rest_speed
-    begins = task.phase is Phase.STARTING and task.stop is None and len(task.later) > 0
-    if not (stands and begins and config.objective.arrives_at_goal):
+    goal, stands = s.goal_pose, abs(float(measured[V])) <= config.rest_speed
+    if goal is None or not stands:
         return False
     before = route.goal_checked
     return before is None or apart(goal, before) > config.size * GOAL_MOVED[0]

@@ -14,7 +14,7 @@ from math import degrees, exp, isfinite, nan
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.drive.fallback import ControlInput, brake
 from rti_mpcc.model.actuators import Actuation
-from rti_mpcc.model.delay import queued
+from rti_mpcc.model.delay import still_acting
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.state import ControllerState
@@ -41,25 +41,21 @@ def saturate(
         acceleration, steering_rate = control.acceleration, control.steering_rate
     limits = config.limits
     v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))
-    speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(acceleration, float(state[V]), v, speed, config, disturbance)
-    rate = _within(steering_rate, disturbance.measured_steering(acting), delta, steering, config)
+    # So far speed and steering may change in a cycle.
+    speed, steering, cycle = float(state[V]), disturbance.measured_steering(acting), config.cycle
+    slower = disturbance.commanded((-limits.speed - speed) / cycle)
+    faster = disturbance.commanded((limits.speed - speed) / cycle)
+    turn = (-limits.steering - steering) / cycle, (limits.steering - steering) / cycle
+    a = _within(acceleration, (slower, faster), limits.acceleration, v, limits.speed)
+    rate = _within(steering_rate, turn, limits.steering_rate, delta, limits.steering)
     return ControlInput(a, rate, control.source)
 
 
-def _within(
-    slope: float,
-    value: float,
-    measured: float,
-    limits: tuple[float, float],
-    config: ControllerConfig,
-    disturbance: Disturbance = UNDISTURBED,
-) -> float:
-    """A slope that keeps `value` within its limit over a cycle, or brings it back; `limits`: of both."""
-    limit, most = limits
-    lowest = max(min(disturbance.commanded((-limit - value) / config.cycle), most), -most)
-    highest = max(min(disturbance.commanded((limit - value) / config.cycle), most), -most)
-    slope = min(max(slope, lowest), highest)
+def _within(slope: float, room: tuple[float, float], most: float, measured: float, limit: float) -> float:
+    """A slope, at most `most`, that leads a value through its `room` in a cycle at most, and one `measured`
+    beyond its limit not further out."""
+    lowest, highest = room
+    slope = min(max(slope, max(min(lowest, most), -most)), max(min(highest, most), -most))
     if not isfinite(measured) or abs(measured) <= limit:
         return slope
     return min(slope, 0.0) if measured > 0.0 else max(slope, 0.0)
@@ -125,7 +121,7 @@ def sent(
         speed=_limited(speed + cycle * disturbance.acting(a), limits.speed, float(now[V])),
         steering=_limited(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
-    queue = queued(s.queue, actuation.queued(actuators, cycle), s.clock.now)
+    queue = (*still_acting(s.queue, s.clock.now), actuation.queued(actuators, cycle))
     earlier = s.sent[-round(KEPT / cycle) :]
     if not earlier:  # an actuator that waits is sent this for a while
         still = replace(actuation, acceleration=0.0, steering_rate=0.0, speed=speed, steering=angle)

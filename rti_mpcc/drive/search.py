@@ -8,7 +8,6 @@ from math import hypot, radians
 
 import numpy as np
 
-from geometry.arrays import all_finite
 from rti_mpcc.clock import TIME_IS_UP
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import schedule
@@ -251,7 +250,8 @@ def rejection_reason(
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits = solution.trajectory, config.limits
-    if not (all_finite(plan.states) and all_finite(plan.controls)):
+    found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
+    if not found.finite:
         return "the plan is not finite"
     a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
     most = 1.0 + INPUT_EXCESS
@@ -259,7 +259,6 @@ def rejection_reason(
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
     if solution.most_slack > BLOCKED_SLACK + float(solution.slack[0]):
         return f"the plan leaves the corridor by {solution.most_slack:.2f} m"
-    found = extremes(plan.times, plan.states, plan.controls, config.vehicle.wheelbase, CHECKED_SPAN)
     if found.drift > POSITION_DEFECT or found.turn > HEADING_DEFECT:
         return f"the plan breaks the dynamics by {found.drift:.2f} m and {np.degrees(found.turn):.1f} deg"
     return _far_ahead(plan, found, config, disturbance)
@@ -268,7 +267,7 @@ def rejection_reason(
 def _far_ahead(plan: Trajectory, found: Extremes, config: ControllerConfig, disturbance: Disturbance) -> str:
     """Why a plan is implausible far ahead, or ""; from beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
-    _, _, position, heading, speed, angle, a, rate = found
+    *_, position, heading, speed, angle, a, rate = found
     left, right = map(disturbance.acting_steering, (limits.steering, -limits.steering))
     turned = max(abs(left), abs(right))
     begins, begins_turned = abs(float(plan.states[0, V])), abs(float(plan.states[0, DELTA]))

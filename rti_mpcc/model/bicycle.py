@@ -94,11 +94,13 @@ class Extremes(NamedTuple):
     """The largest values in a plan, wherever they are.
 
     Attributes:
+        finite: all of its numbers are.
         drift [m], turn [rad]: what the errors against the model add up to over the first stages.
         position [m], heading [rad]: error of one stage.
         speed [m/s], angle [rad], acceleration [m/s²], steering_rate [rad/s]: absolute.
     """
 
+    finite: bool
     drift: float
     turn: float
     position: float
@@ -124,7 +126,8 @@ def extremes(times: Array1, states: Array2, controls: Array2, wheelbase: float, 
         position, heading = max(position, off), max(heading, turned)
         speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
         a, rate = max(a, abs(controls[k, A])), max(rate, abs(controls[k, DELTA_DOT]))
-    return Extremes(drift, turn, position, heading, speed, angle, a, rate)
+    finite = bool(np.isfinite(states).all() and np.isfinite(controls).all())
+    return Extremes(finite, drift, turn, position, heading, speed, angle, a, rate)
 
 
 _TIMES = (0.0, 0.5, 1.0)

@@ -60,10 +60,9 @@ def _roll_forward(
 
     Its steering is the measured one, on the way the one that acts.
     """
-    d, o, gain, turn = disturbance
     control, (begin, until), coming = np.zeros(CONTROLS), span, 0
     delta = state[DELTA]
-    state[DELTA] = acting_steering(delta, o, turn)
+    state[DELTA] = acting_steering(disturbance, delta)
     while begin < until:
         while coming < len(commands) and commands[coming, 0] <= begin:
             coming += 1
@@ -72,8 +71,8 @@ def _roll_forward(
         rate = commands[coming - 1, 2] if coming > 0 else 0.0
         seconds = end - begin
         delta = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
-        control[A] = gain * a + d
-        control[DELTA_DOT] = (acting_steering(delta, o, turn) - state[DELTA]) / seconds
+        control[A] = disturbance.gain * a + disturbance.acceleration
+        control[DELTA_DOT] = (acting_steering(disturbance, delta) - state[DELTA]) / seconds
         propagate(state, control, seconds, wheelbase, state)
         begin = end
     state[DELTA] = delta
@@ -81,14 +80,10 @@ def _roll_forward(
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:
     """The queue without commands that another one has replaced by `now`."""
-    later = [c for c in queue if c.begins > now]
-    acting = [c for c in queue if c.begins <= now]
-    return (*acting[-1:], *later)
-
-
-def queued(queue: Sequence[QueuedCommand], sent: QueuedCommand, now: float) -> tuple[QueuedCommand, ...]:
-    """The queue with the command sent at `now`, the last to begin."""
-    return (*still_acting(queue, now), sent)
+    first = len(queue)
+    while first > 0 and queue[first - 1].begins > now:
+        first -= 1
+    return tuple(queue[max(first - 1, 0) :])
 
 
 def mean_rates(queue: Sequence[QueuedCommand], begin: float, end: float) -> tuple[float, float]:

@@ -23,20 +23,6 @@ ACROSS = 1.55
 """Wheels turned farther than this are across the vehicle [rad]: the tangent ends there."""
 
 
-def _acting(measured: float, o: float, turn: float) -> float:
-    """(O4)."""
-    acting = min(max(measured + o, -ACROSS), ACROSS)
-    return atan(turn * tan(acting)) if turn != 1.0 else measured + o
-
-
-def _measured(acting: float, o: float, turn: float) -> float:
-    """(O4), the other way."""
-    return atan(tan(acting) / turn) - o if turn != 1.0 else acting - o
-
-
-acting_steering, measured_steering = inner(_acting), inner(_measured)  # in kernels
-
-
 class Disturbance(NamedTuple):
     """d, along the body's axis, to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g, 1 + c."""
 
@@ -54,12 +40,16 @@ class Disturbance(NamedTuple):
         return self.gain * commanded + self.acceleration
 
     def acting_steering(self, measured: float) -> float:
-        """The angle [rad] that acts when this is measured."""
-        return _acting(measured, self.steering, self.turn)
+        """The angle [rad] that acts when this is measured, (O4)."""
+        if self.turn == 1.0:
+            return measured + self.steering
+        return atan(self.turn * tan(min(max(measured + self.steering, -ACROSS), ACROSS)))
 
     def measured_steering(self, acting: float) -> float:
-        """The angle [rad] that is measured when this acts."""
-        return _measured(acting, self.steering, self.turn) if isfinite(acting) else acting
+        """The angle [rad] that is measured when this acts, (O4); NaN stays."""
+        if self.turn == 1.0 or not isfinite(acting):
+            return acting - self.steering
+        return atan(tan(acting) / self.turn) - self.steering
 
     def commanded_rate(self, rate: float, acting: float, seconds: float) -> float:
         """The steering rate [rad/s] by which an angle that acts changes at `rate` [rad/s] for so long [s]."""
@@ -68,11 +58,6 @@ class Disturbance(NamedTuple):
         end = self.measured_steering(acting + seconds * rate)
         return (end - self.measured_steering(acting)) / seconds
 
-    @property
-    def rate_share(self) -> float:
-        """By what an angle that acts turns at least, where the wheels turn by 1, at any angle."""
-        return min(self.turn, 1.0 / self.turn)
-
     def effective(self, measured: Array) -> Array:
         """The state (6,) with the steering that acts."""
         state = measured.copy()
@@ -80,4 +65,6 @@ class Disturbance(NamedTuple):
         return state
 
 
+acting_steering, measured_steering = inner(Disturbance.acting_steering), inner(Disturbance.measured_steering)
+"""In kernels."""
 UNDISTURBED = Disturbance()

@@ -20,13 +20,13 @@ is far faster than it may be.
 from __future__ import annotations
 
 from math import inf, sqrt
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from geometry.compiled import Array1, Out1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, acting_steering
 from rti_mpcc.model.layout import DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.types import Array
@@ -39,9 +39,6 @@ FAR_SPEED = 1.1
 TURNING_SHARE = 0.99
 """Of a steering rate beyond comfort that the last plan had, which the next one may have there, (J3). Less
 than 1: what the solver is off by is not to add up."""
-
-
-_Others: TypeAlias = tuple[float, float, float, float]
 
 
 class StageBounds(NamedTuple):
@@ -87,15 +84,12 @@ def stage_bounds(
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O5).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
-    limits, acting_steering = config.limits, disturbance.acting_steering
-    d, most_acceleration = disturbance.acceleration, disturbance.gain * limits.acceleration
+    limits = config.limits
     faster = 1.0 if change is None or change.left == inf else _faster(change, config)
     planned = faster**2 * config.planned_acceleration
-    steering_rate = limits.steering_rate * disturbance.rate_share
-    low = acting_steering(-limits.steering), -inf, max(d - most_acceleration, -planned), -steering_rate
-    high = acting_steering(limits.steering), farthest, min(d + most_acceleration, planned), steering_rate
     most = np.full(config.stages, limits.speed) if most is None else np.minimum(limits.speed, most)
-    bounds = _stage_bounds(direction, most, (low, high))
+    inputs = limits.steering, limits.acceleration, limits.steering_rate
+    bounds = _stage_bounds(direction, most, farthest, planned, inputs, disturbance)
     if change is not None:
         jerk, far = faster**3 * config.comfort.jerk, FAR_SPEED * limits.speed
         _bound_change(
@@ -116,16 +110,27 @@ def _faster(change: Change, config: ControllerConfig) -> float:
 
 
 @kernel
-def _stage_bounds(direction: int, most: Array1, others: tuple[_Others, _Others]) -> StageBounds:
-    """`most` (N,) is the highest speed; `others`: lower and upper bounds of delta, theta, a, delta_dot."""
+def _stage_bounds(
+    direction: int, most: Array1, farthest: float, planned: float, inputs: tuple[float, float, float],
+    disturbance: Disturbance,
+) -> StageBounds:  # fmt: skip
+    """Of N stages: `most` (N,) is the highest speed, `planned` the largest acceleration of a plan, `inputs`
+    the limits of steering, acceleration and steering rate."""
+    (steering, acceleration, rate), d = inputs, disturbance.acceleration
+    reach = disturbance.gain * acceleration
+    # By what an angle that acts turns at least, where the wheels turn by 1, at any angle.
+    rate *= min(disturbance.turn, 1.0 / disturbance.turn)
+    right, left = acting_steering(disturbance, -steering), acting_steering(disturbance, steering)
+    low = right, -inf, max(d - reach, -planned), -rate
+    high = left, farthest, min(d + reach, planned), rate
     states, controls = np.empty((len(most), 2, 3)), np.empty((len(most), 2, 3))
     for k in range(len(most)):
         speed = most[k]
         back = speed if direction == 0 else 0.0
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction >= 0 else (-speed, back)
         controls[k, 0, 2], controls[k, 1, 2] = 0.0, HEADROOM * speed
-        for side in range(2):
-            states[k, side, 1], states[k, side, 2], controls[k, side, 0], controls[k, side, 1] = others[side]
+        states[k, 0, 1], states[k, 0, 2], controls[k, 0, 0], controls[k, 0, 1] = low
+        states[k, 1, 1], states[k, 1, 2], controls[k, 1, 0], controls[k, 1, 1] = high
     return StageBounds(states, controls, np.zeros(len(most)))
 
 

@@ -36,32 +36,11 @@ class LocalFrame(NamedTuple):
     y: float
     phi: float
 
-    @classmethod
-    def at(cls, state: Array) -> LocalFrame:
-        """The frame in which `state` (>= 3,) has pose 0."""
-        return cls(float(state[X]), float(state[Y]), float(state[PHI]))
-
-    def states_in(self, states: Array) -> Array:
-        """World states (n, >= 3) in this frame."""
-        return _poses_in(states, *self)
-
-    def states_out(self, states: Array) -> Array:
-        """Local states (n, >= 3) in the world."""
-        return _poses_out(states, *self)
-
-    def pose_in(self, pose: Pose2) -> Array:
-        """A pose (3,) in this frame, heading not wrapped."""
-        local: Array = self.states_in(np.array([[pose.x, pose.y, pose.phi]]))[0]
-        return local
-
-    def reference_in(self, reference: PathReference) -> PathReference:
-        """References in this frame."""
-        x, y, phi = self.states_in(np.column_stack((reference.x, reference.y, reference.phi))).T
-        return PathReference(x=x, y=y, phi=phi, slope=reference.slope)
-
 
 @kernel
-def _poses_in(poses: Array2, x: float, y: float, phi: float) -> Out2:
+def world_to_local(frame: LocalFrame, poses: Array2) -> Out2:
+    """World states or poses (n, >= 3) in a frame, headings not wrapped."""
+    x, y, phi = frame
     turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X] - x, poses[k, Y] - y
@@ -73,7 +52,9 @@ def _poses_in(poses: Array2, x: float, y: float, phi: float) -> Out2:
 
 
 @kernel
-def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
+def local_to_world(frame: LocalFrame, poses: Array2) -> Out2:
+    """States or poses (n, >= 3) in a frame, in the world."""
+    x, y, phi = frame
     turned, c, s = np.empty(poses.shape), cos(phi), sin(phi)
     for k in range(len(poses)):
         dx, dy = poses[k, X], poses[k, Y]
@@ -82,6 +63,18 @@ def _poses_out(poses: Array2, x: float, y: float, phi: float) -> Out2:
         turned[k, PHI] = poses[k, PHI] + phi
         turned[k, POSE:] = poses[k, POSE:]
     return turned
+
+
+def pose_in(frame: LocalFrame, pose: Pose2) -> Array:
+    """A pose (3,) of the world in a frame."""
+    (local,) = world_to_local(frame, np.array([[pose.x, pose.y, pose.phi]]))
+    return np.asarray(local)
+
+
+def reference_in(frame: LocalFrame, reference: PathReference) -> PathReference:
+    """References of the world in a frame."""
+    x, y, phi = world_to_local(frame, np.column_stack((reference.x, reference.y, reference.phi))).T
+    return PathReference(x=x, y=y, phi=phi, slope=reference.slope)
 
 
 class FrenetErrors(NamedTuple):

@@ -31,6 +31,15 @@ class PlanArrays(NamedTuple):
     controls: Out2
 
 
+class Grid(NamedTuple):
+    """Stages: begin and duration of them all [s], length of the first [s], and their number."""
+
+    begin: float
+    duration: float
+    first: float
+    stages: int
+
+
 class PlanStages(NamedTuple):
     """A plan in the QP's frame: states (N+1, 6), controls (N, 3) and lengths (N,) [s] of its stages."""
 
@@ -107,13 +116,25 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
-    """The same motion on another grid `times` (n+1,), which rise; the shift of the real-time iteration.
+    """The same motion on another grid `times` (n+1,), which rise.
 
     Controls are means over each stage: they keep the integrals, so that speed, steering and progress agree
     with `states_at`. Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
     """
     states, controls = _resample(plan.times, plan.states, plan.controls, times, wheelbase)
     return Trajectory(times=times, states=states, controls=controls)
+
+
+@kernel
+def shift(
+    own: Array1, states: Array2, controls: Array2, grid: Grid, wheelbase: float
+) -> tuple[PlanArrays, Out1]:
+    """The shift of the real-time iteration: a plan with the times `own`, resampled on the stages of a grid,
+    and the lengths (N,) [s] of these."""
+    lengths = stage_lengths(grid.duration, grid.first, grid.stages)
+    times = stage_times(grid.begin, lengths)
+    resampled, mean = _resample(own, states, controls, times, wheelbase)
+    return PlanArrays(times, resampled, mean), lengths
 
 
 @inner

@@ -85,18 +85,14 @@ def quadratic_cost(
     Args:
         errors: at `states`; None where no weight is on them.
     """
-    hessian = np.zeros((len(states), STATES, STATES))
-    gradient = np.zeros((len(states), STATES))
+    on_controls = np.array(
+        (weights.acceleration, weights.steering_rate, weights.virtual_speed, weights.progress_reward)
+    )
+    cost = _quadratic_cost(states, controls, on_controls, weights.comfort, comfort, wheelbase)
     if errors is not None:
         on_errors = np.array((weights.lag, weights.contouring, weights.heading))
-        _add_errors(*errors, on_errors, hessian, gradient)
-    beyond = weights.comfort
-    _add_lateral_excess(
-        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
-    )
-    on_controls = np.array((weights.acceleration, weights.steering_rate, weights.virtual_speed))
-    of_controls = _control_cost(controls, on_controls, weights.progress_reward, beyond, comfort)
-    return QuadraticCost(hessian, gradient, *of_controls)
+        _add_errors(*errors, on_errors, cost.state_hessian, cost.state_gradient)
+    return cost
 
 
 def add_goal(
@@ -159,8 +155,22 @@ def excess_cost(value: float, weight: float, most: float) -> float:
 
 
 @kernel
+def _quadratic_cost(
+    states: Array2, controls: Array2, weights: Array2, beyond: ComfortWeights, comfort: Comfort,
+    wheelbase: float,
+) -> QuadraticCost:  # fmt: skip
+    """(C2) and (C4), `weights` (4, N) on the squares of the controls, and of the progress' reward."""
+    hessian, gradient = np.zeros((len(states), STATES, STATES)), np.zeros((len(states), STATES))
+    _add_lateral_excess(
+        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
+    )
+    on_controls, by_controls = _control_cost(controls, weights, beyond, comfort)
+    return QuadraticCost(hessian, gradient, on_controls, by_controls)
+
+
+@inner
 def _add_lateral_excess(
-    states: Array2, weights: Array1, most: float, wheelbase: float, hessian: Out3, gradient: Out2
+    states: Array, weights: Array, most: float, wheelbase: float, hessian: Array, gradient: Array
 ) -> None:
     """The lateral acceleration beyond comfort, (C4)."""
     slopes = np.zeros(STATES)
@@ -173,18 +183,17 @@ def _add_lateral_excess(
         add_square(hessian, gradient, k, weight, excess, slopes)
 
 
-@kernel
+@inner
 def _control_cost(
-    controls: Array2, weights: Array2, reward: Array1, beyond: ComfortWeights, comfort: Comfort
-) -> tuple[Out2, Out2]:
-    """Hessian and gradient of (C2), with `weights` (3, N) on the squares and the `reward` (N,), and of what
-    goes beyond comfort of a and delta_dot, (C4)."""
+    controls: Array, weights: Array, beyond: ComfortWeights, comfort: Comfort
+) -> tuple[Array, Array]:
+    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
     hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         for j in range(CONTROLS):
             hessian[k, j] = 2.0 * weights[j, k]
             gradient[k, j] = hessian[k, j] * controls[k, j]
-        gradient[k, THETA_DOT] -= reward[k]
+        gradient[k, THETA_DOT] -= weights[CONTROLS, k]
         for j, on_excess, most in (
             (A, beyond.acceleration[k], comfort.acceleration),
             (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),

@@ -104,7 +104,7 @@ class QpSolver:
         After numbers that OSQP refuses it is set up anew with the next ones.
         """
         for name in ("cost", "gradient", "constraints"):
-            if not all_finite(getattr(values, name)):
+            if not np.isfinite(getattr(values, name)).all():
                 return f"{name} not finite"
         if self._osqp is None:
             return self._set_up(values)
@@ -137,7 +137,7 @@ class QpSolver:
         info, found = self._osqp.info, self._osqp.solution
         iterations, seconds = int(info.iter), float(info.run_time)
         primal, dual = np.array(found.x), np.array(found.y)
-        if info.status_val == GOOD and all_finite(primal) and all_finite(dual):
+        if info.status_val == GOOD and np.isfinite(primal).all() and np.isfinite(dual).all():
             residuals = float(info.prim_res), float(info.dual_res)
             return QpSolution(True, primal, dual, SOLVED, iterations, residuals, seconds)
         if ends is not None and (word := ends(iterations)):

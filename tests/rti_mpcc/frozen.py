@@ -27,7 +27,7 @@ from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import NO_ROWS, corridor_rows
 from rti_mpcc.ocp.end_time import FIXED_END, end_time
-from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors
+from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors, pose_in, reference_in, world_to_local
 from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
 from rti_mpcc.ocp.side_clearance import OUTWARD
@@ -121,7 +121,7 @@ class FrozenPath:
     @classmethod
     def of(cls, part: PathPart, theta: Array, frame: LocalFrame) -> FrozenPath:
         at = part.reference(theta)
-        pose = frame.states_in(np.stack([at.x, at.y, at.phi], axis=-1))
+        pose = world_to_local(frame, np.stack([at.x, at.y, at.phi], axis=-1))
         return cls(begin=theta.copy(), pose=pose, slope=at.slope, direction=part.direction)
 
     def reference(self, theta: Array) -> PathReference:
@@ -180,7 +180,7 @@ class FrozenProblem:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
         config, wheelbase = self.config, self.config.vehicle.wheelbase
         reference = self.path.reference(states[:, THETA])
-        goal = self.frame.pose_in(self.target.pose)
+        goal = pose_in(self.frame, self.target.pose)
         cost = modelled(states, controls, self.weights, self.part, reference, self.walls, goal, config)
         cost.state_gradient[:, THETA] += self.nearing
         step, rows = linearised_step(states, controls, self.lengths, wheelbase), None
@@ -357,7 +357,7 @@ def _freeze(
     name: str,
 ) -> FrozenProblem:
     config, frame, target = mpcc.config, linear.frame, mpcc.target
-    measured = frame.states_in(state[None])[0]
+    measured = world_to_local(frame, state[None])[0]
     measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
     measured[THETA] = min(measured[THETA], target.farthest)
     theta = linear.stages.states[:, THETA]
@@ -431,8 +431,8 @@ def _unchanging(weights: StageWeights) -> StageWeights:
 def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -> Array:
     """The gradient of the cycle's cost in theta, less that of weights that do not change."""
     states, controls = linear.stages.states, linear.trajectory.controls
-    reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
-    goal = linear.frame.pose_in(mpcc.target.pose)
+    reference = reference_in(linear.frame, mpcc.part.reference(states[:, THETA]))
+    goal = pose_in(linear.frame, mpcc.target.pose)
     whole, same = (
         modelled(states, controls, weights, mpcc.part, reference, walls, goal, mpcc.config)
         for weights in (linear.weights, _unchanging(linear.weights))

@@ -14,6 +14,7 @@ import numpy as np
 
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.end_time import LEAST_TIME
+from rti_mpcc.ocp.frenet import pose_in
 from rti_mpcc.paper.terms import PaperWeights
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
@@ -190,7 +191,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any, stretch: Any) -> Any:
 
 
 def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
-    w, goal = problem.weights, problem.frame.pose_in(problem.target.pose)
+    w, goal = problem.weights, pose_in(problem.frame, problem.target.pose)
     dx, dy, dphi = last[X] - goal[X], last[Y] - goal[Y], last[PHI] - goal[PHI]
     speed, clip = w.goal_speed * last[V] ** 2, (0.5, 0.3)
     if not w.goal_clipped:

@@ -32,7 +32,7 @@ def test_a_rate_is_commanded_that_brings_what_acts_where_it_is_to_be(angle: floa
     acting = known.acting_steering(angle)
     rate = known.commanded_rate(0.4, acting, 0.05)
     assert known.acting_steering(angle + 0.05 * rate) == pytest.approx(acting + 0.02)
-    assert 0.4 / abs(rate) >= known.rate_share - 1e-12
+    assert 0.4 / abs(rate) >= min(turn, 1.0 / turn) - 1e-12
 
 
 def test_without_anything_that_acts_nothing_is_changed() -> None:

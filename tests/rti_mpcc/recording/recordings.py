@@ -55,8 +55,10 @@ class Moody(CycleClock):
         self._granted[-1] = bool(self._random.random() < 0.8)
         return self._granted[-1]
 
-    def _passed(self, passed: bool) -> bool:
-        return bool(self._random.random() < 0.2)
+    def late(self) -> bool:
+        if self._late is None:
+            self._late = bool(self._random.random() < 0.2)
+        return self._late
 
 
 def controller(kind: type[DockingController] = DockingController, **settings: Any) -> DockingController:
