@@ -84,7 +84,7 @@ class Perception:
             poses=poses,
             heading_hint=hint,
             records=records,
-            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance, config),
+            motion=s.vehicle.motion.noted(monitor, config),
         )
         known_goal, another = inputs.goal_in(given.goal, s.goal, path, area, config)
         if another is not None:
