@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import chain
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -79,9 +81,8 @@ def _roll_forward(
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:
     """The queue without commands that another one has replaced by `now`."""
-    later = [c for c in queue if c.begins > now]
-    acting = [c for c in queue if c.begins <= now]
-    return (*acting[-1:], *later)
+    begun = bisect_right(queue, now, key=attrgetter("begins"))
+    return tuple(queue[max(begun - 1, 0) :])
 
 
 def queued(queue: Sequence[QueuedCommand], sent: QueuedCommand, now: float) -> tuple[QueuedCommand, ...]:

@@ -108,8 +108,8 @@ class StateMonitor:
         return replace(self, sensors=self.sensors._replace(track=track))
 
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
-        """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
-        if not problem or self.doubt:
+        """With a `problem` that has nothing to do with the vehicle's state."""
+        if self.doubt:
             return self
         return replace(self, doubt=problem, since=last.since if last.doubt else self.at)
 
@@ -134,11 +134,11 @@ def validate_measurement(
     assert last.dead_reckoned is not None
     known = np.array((last.state, last.measured, last.dead_reckoned))
     expected, follows, driven_on = roll_forward(known, queue, last.at, now, config, disturbance)
-    same = not problem and read.tolist() == last.given.tolist()
+    commanded = mean_rates(queue, last.at, now)[0]
+    gained, acting = seconds * commanded, disturbance.acting(commanded)
+    same, sensors = not problem and read.tolist() == last.given.tolist(), last.sensors
     alike = not (unfit or last.unfit)
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    commanded, sensors = mean_rates(queue, last.at, now)[0], last.sensors
-    gained, acting = seconds * commanded, disturbance.acting(commanded)
     if alike and sensors.track is not None and now > sensors.track[-1, AT]:
         steered = float(follows[DELTA] - last.measured[DELTA])
         asked = CommandedChange(gained, steered, float(last.state[DELTA]), seconds * acting)
