@@ -143,16 +143,16 @@ def _compared(
     record: ActuatorRecord, at: float, present: tuple[float, float], scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` one at `at` [s]; the one to change to, or None."""
+    values, count = record.measured[:, VALUE], len(record.measured)
+    noise, least = _noise(values), (0.3 * scale.least) ** 2
+    dead_times, near = _bank(present)
     stamps, answered = _answered(record, at)
     gone = int(stamps.searchsorted(stamps[-2] - MEMORY - 1.0))
     stamps, answered = stamps[gone:], answered[gone:]
     record = record._replace(sent=record.sent[gone:], first=answered[0].copy())
-    values = record.measured[:, VALUE]
     moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, least = _noise(values), (0.3 * scale.least) ** 2
-    (dead_times, near), count = _bank(present), len(values)
     left, alone = residuals(stamps, answered, record.measured, dead_times, noise + least, scale)
     fresh = count * np.log((left + least) / (left.min() + least))
     against = record.evidence + fresh
