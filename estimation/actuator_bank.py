@@ -36,81 +36,59 @@ ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
 class Scale(NamedTuple):
     """Of speed or steering: models that explain it better by `least` [m/s], [rad] only change nothing.
 
-    Standard deviations: `offset` of c0 [m/s], [rad] of set-points, `others` of c1 [m/s²], [rad/s] and of c.
-    `drives`: slope and drag act on it.
+    `stds`: (2, 2 + len(c)) of c0, c1 and c, of rates and of set-points. `drives`: slope and drag act on it.
     """
 
     least: float
-    offset: float
-    others: tuple[float, ...]
+    stds: Array2
     drives: bool
 
-    @property
-    def stds(self) -> Array:
-        """(2, 2 + len(c)) of c0, c1 and c, of rates and of set-points."""
-        others = np.array(self.others)
-        return np.array(((ANYWHERE * self.offset, *others), (self.offset, *(REJECTED * others))))
+
+def _stds(offset: float, others: tuple[float, ...]) -> Array:
+    """Those of a `Scale`: `offset` of c0 [m/s], [rad] of set-points, `others` of c1 [m/s²], [rad/s] and c."""
+    every = np.array(others)
+    return locked(np.array(((ANYWHERE * offset, *every), (offset, *(REJECTED * every)))))
 
 
-DRIVE: Final = Scale(0.002, 0.01, (0.15, 0.15, 0.15, 0.1), drives=True)
-STEERING: Final = Scale(0.001, 0.03, (0.02, 0.01), drives=False)
+DRIVE: Final = Scale(0.002, _stds(0.01, (0.15, 0.15, 0.15, 0.1)), drives=True)
+STEERING: Final = Scale(0.001, _stds(0.03, (0.02, 0.01)), drives=False)
 
 
-def answers(sent: Array, first: Array) -> Array:
+@kernel
+def answers(sent: Array2, first: Array2) -> Out3:
     """(c, 3, lags) Y of (A1) of rates and of set-points, and w of the rates, without dead time.
 
     `sent`: (c, 3) commands; `first`: (3, lags) the answers at the first of them.
     """
     found = np.empty((len(sent), 3, len(LAGS)))
     found[0] = first
-    _answer(sent, found)
-    return found
-
-
-@kernel
-def _answer(sent: Array2, answers: Out3) -> None:
-    """(A1) from the first command on."""
     for c in range(1, len(sent)):
         seconds, rate, setpoint = sent[c, AT] - sent[c - 1, AT], sent[c - 1, RATE], sent[c - 1, SETPOINT]
         for i in range(len(LAGS)):
             lag = LAGS[i]
             left = exp(-seconds / lag)
-            over = answers[c - 1, 2, i] - rate
-            answers[c, 0, i] = answers[c - 1, 0, i] + rate * seconds + over * lag * (1.0 - left)
-            answers[c, 1, i] = setpoint + (answers[c - 1, 1, i] - setpoint) * left
-            answers[c, 2, i] = rate + over * left
-
-
-def residuals(
-    stamps: Array, answers: Array, measured: Array, dead_times: Array, variance: float, scale: Scale
-) -> tuple[Array, Array]:
-    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
-    of what it leaves without Y, where nothing answers.
-
-    `stamps`: (c,) of the `answers` (c, 3, lags) [s]; `measured`: (m, 3); `variance`: of the noise.
-    """
-    priors = _Priors(variance, locked(scale.stds), scale.drives)
-    return _compare(stamps, answers, measured, dead_times, priors)
-
-
-class _Priors(NamedTuple):
-    """Of (A2): variance of the noise, standard deviations and whether slope and drag act, as of `Scale`."""
-
-    variance: float
-    stds: Array2
-    drives: bool
+            over = found[c - 1, 2, i] - rate
+            found[c, 0, i] = found[c - 1, 0, i] + rate * seconds + over * lag * (1.0 - left)
+            found[c, 1, i] = setpoint + (found[c - 1, 1, i] - setpoint) * left
+            found[c, 2, i] = rate + over * left
+    return found
 
 
 @kernel
-def _compare(
-    stamps: Array1, answers: Array3, measured: Array2, dead_times: Array1, priors: _Priors
+def residuals(
+    stamps: Array1, answers: Array3, measured: Array2, dead_times: Array1, variance: float, scale: Scale
 ) -> tuple[Out3, Out1]:
-    """(A2) by its normal equations: the courses first, then what they leave of m and of each Y."""
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
+    of what it leaves without Y, where nothing answers.
+
+    By its normal equations: the courses first, then what they leave of m and of each Y.
+    `stamps`: (c,) of the `answers` (c, 3, lags) [s]; `measured`: (m, 3); `variance`: of the noise.
+    """
     models, alone = np.empty((2, len(dead_times), len(LAGS))), np.empty(2)
-    variance, stds, drives = priors
+    stds = scale.stds
     count, k = len(measured), stds.shape[1]
     rows = np.empty((k + 1, count))  # the courses, and m
-    _fill_courses(measured, drives, rows)
+    _fill_courses(measured, scale.drives, rows)
     gram = np.zeros((k + 1, k + 1))
     for a in range(k + 1):
         for b in range(a + 1):

@@ -109,51 +109,53 @@ class ActuatorRecord(NamedTuple):
         )
 
 
-def with_cycle(record: ActuatorRecord, command: SentCommand, measurement: Measurement) -> ActuatorRecord:
-    """With a command, and what was measured after it."""
-    sent, measured, first = record.sent, record.measured, record.first
+def learn(
+    record: ActuatorRecord,
+    command: SentCommand,
+    measurement: Measurement,
+    present: tuple[float, float],
+    scale: Scale,
+) -> tuple[ActuatorRecord, tuple[float, float] | None]:
+    """With a command, and what was measured after it; and the model to change to, or None.
+
+    `present`: (dead time, lag) of the present model [s].
+    """
+    sent, measured, first, at = record.sent, record.measured, record.first, measurement.at
     if not len(sent):
         acting = np.array((0.0, command.setpoint, command.rate))
         first = np.repeat(acting[:, None], len(LAGS), axis=1)
     elif command.at <= sent[-1, AT]:  # it takes the place of the last one at once
         command, sent = command._replace(at=float(sent[-1, AT])), sent[:-1]
-    if not len(measured) or measurement.at - measured[-1, AT] >= SPACING - 1e-9:
-        since = measured[:, AT].searchsorted(measurement.at - MEMORY)
-        measured = _longer(measured[since:], measurement)
-    return record._replace(sent=_longer(sent, command), measured=measured, first=first)
-
-
-def _longer(rows: Array, row: tuple[float, float, float]) -> Array:
-    """Rows (n + 1, 3)."""
-    longer = np.empty((len(rows) + 1, 3))
-    longer[:-1], longer[-1] = rows, row
-    return longer
-
-
-def compare_models(
-    record: ActuatorRecord, present: tuple[float, float], at: float, scale: Scale
-) -> tuple[ActuatorRecord, tuple[float, float] | None]:
-    """The models compared with the `present` (dead time, lag) [s]; the one to change to, or None."""
+    if not len(measured) or at - measured[-1, AT] >= SPACING - 1e-9:
+        since = measured[:, AT].searchsorted(at - MEMORY)
+        measured = np.concatenate((measured[since:], (measurement,)))
+    record = record._replace(sent=np.concatenate((sent, (command,))), measured=measured, first=first)
     waited = at - record.compared_at + 1e-9
-    if waited < INTERVAL or len(record.measured) < LEAST_COUNT:
+    if waited < INTERVAL or len(measured) < LEAST_COUNT:
         return record, None
     early = record.gathered_at is None or (at - record.gathered_at < GATHERING and not record.fresh.any())
     if waited < RARELY * INTERVAL and not (early or record.found):
         return record, None
+    return _compared(record, at, present, scale)
+
+
+def _compared(
+    record: ActuatorRecord, at: float, present: tuple[float, float], scale: Scale
+) -> tuple[ActuatorRecord, tuple[float, float] | None]:
+    """The models compared with the `present` one at `at` [s]; the one to change to, or None."""
+    values, count = record.measured[:, VALUE], len(record.measured)
+    noise, least = _noise(values), (0.3 * scale.least) ** 2
+    dead_times, near = _bank(present)
     stamps, answered = _answered(record, at)
     gone = int(stamps.searchsorted(stamps[-2] - MEMORY - 1.0))
     stamps, answered = stamps[gone:], answered[gone:]
     record = record._replace(sent=record.sent[gone:], first=answered[0].copy())
-    values = record.measured[:, VALUE]
     moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
-    noise, least = _noise(values), (0.3 * scale.least) ** 2
-    dead_times, count = _dead_times(present[0]), len(values)
     left, alone = residuals(stamps, answered, record.measured, dead_times, noise + least, scale)
     fresh = count * np.log((left + least) / (left.min() + least))
     against = record.evidence + fresh
-    near = _near(present, dead_times)
     best = np.unravel_index(int(np.argmin(against)), against.shape)
     kept = np.unravel_index(int(np.argmin(np.where(near, against, np.inf))), against.shape)
     evidence = float(against[kept] - against[best])
@@ -186,7 +188,7 @@ def compare_models(
 
 def _answered(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
     """Times (c,) [s] of the commands and `at`, and the `answers` (c, 3, lags) until then."""
-    sent = _longer(record.sent, (at, 0.0, 0.0))
+    sent = np.concatenate((record.sent, ((at, 0.0, 0.0),)))
     return sent[:, AT].copy(), answers(sent, record.first)
 
 
@@ -204,17 +206,17 @@ def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord
     return record._replace(evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
-def _dead_times(present: float) -> Array:
-    """Of the bank [s], the present one among them: what is right leaves nothing that another one explains."""
-    return np.asarray(DEAD_TIMES + max(present - STEP * floor(present / STEP + 1e-6), 0.0), dtype=float)
+def _bank(present: tuple[float, float]) -> tuple[Array, NDArray[np.bool_]]:
+    """Dead times of the bank [s], and which of its models (dead times, lags) are near the present one.
 
-
-def _near(model: tuple[float, float], dead_times: Array) -> NDArray[np.bool_]:
-    """Which models of the bank (dead times, lags) are near this one."""
-    dead_time, lag = np.abs(dead_times - model[0]), np.abs(LAGS - model[1])
-    total = np.abs(dead_times[:, None] + LAGS - sum(model))
+    The present dead time is among them: what is right leaves nothing that another one explains.
+    """
+    beside = max(present[0] - STEP * floor(present[0] / STEP + 1e-6), 0.0)
+    dead_times = np.asarray(DEAD_TIMES + beside, dtype=float)
+    dead_time, lag = np.abs(dead_times - present[0]), np.abs(LAGS - present[1])
+    total = np.abs(dead_times[:, None] + LAGS - sum(present))
     each = (dead_time <= max(NEAR, dead_time.min()))[:, None] & (lag <= max(NEAR, lag.min()))
-    return np.asarray(each & (total <= max(NEAR, total[each].min())))
+    return dead_times, np.asarray(each & (total <= max(NEAR, total[each].min())))
 
 
 def _noise(measured: Array) -> float:

@@ -22,7 +22,7 @@ explain: somebody else brakes the vehicle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import cos, sqrt, tan
 from typing import NamedTuple
 
@@ -89,6 +89,8 @@ class DisturbanceEstimate:
         held_since: since when the vehicle is at rest although it should drive off [s], or None.
         free: what was known before that, or None.
         unmoved: what was known when the measurement changed last, or None if it has just changed.
+        acceleration: d [m/s²]; steering: o [rad]; gain: 1 + g; turn: 1 + c, all by `mean`.
+        stds: standard deviations of d [m/s²] and o [rad].
     """
 
     mean: Array
@@ -98,35 +100,20 @@ class DisturbanceEstimate:
     held_since: float | None = None
     free: DisturbanceEstimate | None = None
     unmoved: DisturbanceEstimate | None = None
+    acceleration: float = field(init=False)
+    steering: float = field(init=False)
+    gain: float = field(init=False)
+    turn: float = field(init=False)
+    stds: tuple[float, float] = field(init=False)
 
     def __post_init__(self) -> None:
         self.mean.setflags(write=False)
         self.covariance.setflags(write=False)
-
-    @property
-    def acceleration(self) -> float:
-        """d [m/s²]."""
-        return float(self.mean[D])
-
-    @property
-    def steering(self) -> float:
-        """o [rad]."""
-        return float(self.mean[O])
-
-    @property
-    def gain(self) -> float:
-        """1 + g."""
-        return 1.0 + float(self.mean[G])
-
-    @property
-    def turn(self) -> float:
-        """1 + c."""
-        return 1.0 + float(self.mean[C])
-
-    @property
-    def stds(self) -> tuple[float, float]:
-        """Standard deviations of d [m/s²] and o [rad]."""
-        return float(self.covariance[D, D]) ** 0.5, float(self.covariance[O, O]) ** 0.5
+        _, d, g, _, o, c = self.mean.tolist()
+        stds = float(self.covariance[D, D]) ** 0.5, float(self.covariance[O, O]) ** 0.5
+        found = {"acceleration": d, "steering": o, "gain": 1.0 + g, "turn": 1.0 + c, "stds": stds}
+        for name, value in found.items():
+            object.__setattr__(self, name, value)
 
 
 def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:

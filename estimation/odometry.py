@@ -56,9 +56,6 @@ _CORRECTION = 0.04  # [m]; larger steps that nothing explains correct the pose
 _LED = 1e-9  # [m/s]; smaller differences are rounding
 _FIRST_SPEED = 0.3  # [m/s], standard deviation of the first speed
 
-WINDOWS = (0.3, 1.0, 2.0)  # [s]
-SIGMAS = 5.0  # standard deviations of the noise that are no disagreement
-
 
 class Geometry(NamedTuple):
     """Of the vehicle: its wheelbase [m], and the largest angle of its steering [rad]."""
@@ -88,25 +85,20 @@ def track_from(at: float, measured: Array, believed: Array) -> Array:
     return track
 
 
+@kernel
 def moved_on(
-    track: Array, at: float, measured: Array, commanded: CommandedChange, noise: Noise, wheelbase: float
-) -> Array:
-    """The track with one more measurement (>= 5,), of a pose that did not jump. `wheelbase`: [m]."""
+    track: Array2, at: float, measured: Array1, commanded: CommandedChange, noise: Noise, wheelbase: float
+) -> Out2:
+    """The track with one more measurement (>= 5,), of a pose that did not jump, by (W1) to (W4).
+
+    `wheelbase`: [m].
+    """
     gone = 0
     while gone < len(track) - 1 and track[gone, AT] < at - LENGTH:
         gone += 1
     longer = np.empty((len(track) - gone + 1, COLUMNS))
     longer[:-1] = track[gone:]
-    _move_on(at, measured, commanded, noise.along, wheelbase, longer)
-    return longer
-
-
-@kernel
-def _move_on(
-    at: float, measured: Array1, commanded: CommandedChange, noise: float, wheelbase: float, track: Out2
-) -> None:
-    """(W1) to (W4): the last reading of the track, of a measurement at a time, by the one before it."""
-    last, now = track[-2], track[-1]
+    last, now = longer[-2], longer[-1]
     last[STEERING], now[AT], now[X:ALONG] = commanded.estimated, at, measured[:5]
     h = now[AT] - last[AT]
     turn = now[PHI] - last[PHI]
@@ -117,14 +109,14 @@ def _move_on(
     _command(last, commanded.speed, commanded.steering, now)
     reported, driven = 0.5 * h * (now[SPEED] + last[SPEED]), now[DRIVEN] - last[DRIVEN]
     leap = now[SPEED] - last[SPEED] - commanded.speed
-    step = _step(last, c * dx + s * dy, reported, driven, noise, now)
+    step = _step(last, c * dx + s * dy, reported, driven, noise.along, now)
     now[ALONG] = last[ALONG] + step
     now[ASIDE] = last[ASIDE] + c * dy - s * dx
     now[REPORTED] = last[REPORTED] + reported
     now[TURNED] = last[TURNED] + step * tan(0.5 * (now[DELTA] + last[DELTA])) / wheelbase
     now[LEAPS] = last[LEAPS] + (0.5 * h * abs(leap) if abs(leap) > _LEAP else 0.0)
     now[STEERING] = 0.0
-    _filter(last, h, commanded.acting, max(noise, _LEAST_NOISE) ** 2, now)
+    _filter(last, h, commanded.acting, max(noise.along, _LEAST_NOISE) ** 2, now)
     if abs(now[SPEED] - now[POSE_SPEED]) <= _ALIKE + sqrt(now[VV]):
         now[EXPLAINED] = _led(now[EXPLAINED], 0.5 * (now[SPEED] + now[POSE_SPEED]), h, _LEAP)
     now[OFF] = step - driven
@@ -134,6 +126,7 @@ def _move_on(
     now[POSE_ROUGHNESS] = pose + share * (second**2 / 6.0 - pose)
     now[SPEED_ROUGHNESS] = speed + share * (leapt**2 / 2.0 - speed)
     now[SEEN] = last[SEEN] + 1.0
+    return longer
 
 
 @inner
@@ -145,13 +138,11 @@ def _command(last: Array1, gained: float, steered: float, now: Out1) -> None:
     now[STEERED] = last[STEERED] + steered
 
 
-def _towards(explained: float, speed: float, h: float, most: float) -> float:
+@inner
+def _led(explained: float, speed: float, h: float, most: float) -> float:
     """The speed of (W3), led towards the one that is agreed on; at once if it is farther off than `most`."""
     off = speed - explained
     return explained + (1.0 if abs(off) > most else h / (h + _BLENDING)) * off
-
-
-_led = inner(_towards)  # in kernels
 
 
 @inner
@@ -247,24 +238,24 @@ def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, 
     return then[AT], now[ALONG] - then[ALONG], reported, driven, now[LEAPS] - then[LEAPS]
 
 
-def leap(track: Array, noise: float) -> float:
+@inner
+def leap(track: Array2, noise: float) -> float:
     """By how much the measured speed has leapt [m/s] where the pose does not show it, else 0.
 
     `noise`: standard deviation of the speed [m/s].
     """
-    off = float(track[-1, SPEED] - track[-1, EXPLAINED])
-    if abs(off) <= _LEAP + 5.0 * noise or len(track) < 2:
-        return 0.0
-    then, last = track[-2:].tolist()
-    moves = (last[ALONG] - then[ALONG]) / (last[AT] - then[AT])
-    return off if abs(moves - last[EXPLAINED]) < abs(moves - last[SPEED]) else 0.0
+    then, now = track[-2], track[-1]
+    off = now[SPEED] - now[EXPLAINED]
+    moves = (now[ALONG] - then[ALONG]) / (now[AT] - then[AT])
+    shown = abs(moves - now[EXPLAINED]) >= abs(moves - now[SPEED])
+    return 0.0 if shown or abs(off) <= _LEAP + 5.0 * noise else off
 
 
-def agreeing(track: Array) -> Array:
-    """With the speed of (W3) led towards the measured one, which the pose confirms."""
-    led = track.copy()
-    led[-1, EXPLAINED] = _towards(led[-1, EXPLAINED], led[-1, SPEED], led[-1, AT] - led[-2, AT], _FAR)
-    return led
+@inner
+def confirmed_speed(track: Array2) -> float:
+    """The speed of (W3) [m/s], led towards the measured one, which the pose confirms."""
+    now = track[-1]
+    return _led(now[EXPLAINED], now[SPEED], now[AT] - track[-2, AT], _FAR)
 
 
 def with_commands(track: Array, rates: Callable[[float, float], tuple[float, float]]) -> Array:

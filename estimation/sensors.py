@@ -1,78 +1,64 @@
 """The sensors of a vehicle, compared with each other: the pose, the speed, the steering, and the commands.
 
-Over windows of `WINDOWS` each of these says how far the vehicle has moved and turned
-(`estimation.odometry`). The sensor that disagrees with the other two is left out; docs/faults.md lists what
+Over windows each of these says how far the vehicle has moved and turned (`estimation.odometry`,
+`estimation.comparison`). The sensor that disagrees with the other two is left out; docs/faults.md lists what
 happens then. A pose in doubt leaves no speed that does not change as commanded. Where pose and steering
 sensor agree that the steering stays aside of all that was commanded lately, the steering is at fault.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import cos, inf, sin, sqrt, tan
+from math import atan, cos, exp, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
-import numpy as np
-
+from estimation.comparison import (
+    SHORT,
+    STEERING_WINDOW,
+    WINDOWS,
+    Comparison,
+    Gap,
+    compare,
+    gaps_if_late,
+)
 from estimation.odometry import (
     ALONG,
     ASIDE,
     AT,
     COMMANDED,
+    DELTA,
     EXPLAINED,
     PHI,
-    POSE_ROUGHNESS,
     POSE_SPEED,
     REPORTED,
-    SIGMAS,
     SPEED,
-    SPEED_ROUGHNESS,
     STEERED,
     STEERING,
-    VV,
-    WINDOWS,
+    TURNED,
     CommandedChange,
     Geometry,
-    agreeing,
     before,
     distances_at,
-    distances_since,
     latest,
-    leap,
     moved_on,
     track_from,
 )
-from estimation.steering import (
-    STEERING_WINDOW,
-    drifted,
-    left_aside,
-    observe_steering,
-    steering_words,
-    unfollowed_angle,
-    unmoved,
-)
 from estimation.types import Array
 from estimation.vehicle_filter import Noise
-from geometry.compiled import Array1, Array2, Out2, kernel
 
-_FLOOR, _SHARE = 0.015, 0.05
-"""Two distances that differ by so much agree: [m], and share. Wheels are known to some per cent."""
 _FIRST_READINGS = 7  # before which noise is not known
 _LATEST = 0.4  # [s]; a pose later than that is none
 _LATE_STEP = 0.05  # [s]
 _LATE_TIME = 0.3  # [s] for which a delay stays the same: of a pose that has stopped it grows
-_SHORT = 0.15  # [s], a window in which a pose that has stopped soon stands
-_COMPARED, _COMPARED_LATE = np.array(WINDOWS), np.array((_SHORT, *WINDOWS))
-_POINT_TURN = 0.02  # [rad]; the pose has to turn by so much to show of which point it is
-_POINT_SHARE = 0.15  # of the wheelbase, from which on another point matters
-_POINT_SHOWN, _POINT_LEFT = 0.01, 0.2  # [m] aside that are explained by it, share that is not
 _PROOF = 1.0
 """A sensor that was left out is used again after it has agreed over this distance [m], the next time over
 twice as much."""
 _TELLING = 0.05  # [rad]; straight on, a steering sensor proves nothing
 _UNFOLLOWED, _UNFOLLOWED_SHARE = 0.15, 0.5
 """A speed that alone is left follows its commands to this [m/s], and share of their change."""
+_OBSERVED = 0.5  # [s], time constant with which turns of the pose correct the steering
+_OBSERVED_STD = 0.05  # [rad]; the noise of a turn that counts half
+_LEAST_WAY = 0.015  # [m] on which a turn tells nothing
 
 
 class LeftOut(NamedTuple):
@@ -169,79 +155,41 @@ class Sensors(NamedTuple):
 def compare_sensors(
     known: Sensors, at: float, measured: Array, commanded: CommandedChange, noise: Noise, body: Geometry
 ) -> Sensors:
-    """The sensors after one more measurement (6,) whose pose has not jumped, at `at` [s]."""
-    track = known.track
-    if track is None or at <= track[-1, AT]:
-        return known
-    track = moved_on(track, at, measured, commanded, noise, body.wheelbase)
-    leapt = 0.0 if known.pose else leap(track, noise.speed)
+    """The sensors after one more measurement (6,), later than the last one, whose pose has not jumped.
+
+    `at`: its time [s].
+    """
+    assert known.track is not None
+    track = moved_on(known.track, at, measured, commanded, noise, body.wheelbase)
+    found = compare(track, noise, body, known.late, known.steering.problem != "")
+    leapt = 0.0 if known.pose else found.leap
     if len(track) < _FIRST_READINGS:
         return known._replace(track=track, leap=leapt)
-    now = latest(track)
-    pose, speed = sqrt(now[POSE_ROUGHNESS]), sqrt(now[SPEED_ROUGHNESS])
-    noise = noise._replace(along=max(noise.along, pose), speed=max(noise.speed, speed))
-    # Noise of a vehicle at rest is no way that it has driven.
-    moves = abs(now[POSE_SPEED]) > 3.0 * sqrt(now[VV])
-    distance = abs(now[ALONG] - float(track[-2, ALONG])) if moves else 0.0
-    gaps = _gaps(track, _COMPARED, noise, known.late)
-    agree = all(gap.agree for gap in gaps)
-    if not (known.pose or agree):
-        known = _speed_or_pose(known, track, gaps, noise, distance)
+    if not (known.pose or found.agree):
+        known = _speed_or_pose(known, track, found, noise)
     elif not known.pose and known.speed.problem:
-        known = known._replace(speed=known.speed.judged("", distance))
+        known = known._replace(speed=known.speed.judged("", found.distance))
     elif not known.pose:
-        track = agreeing(track)
-    if not known.pose:
-        known = _reference_point(known, track, noise, body)
+        track[-1, EXPLAINED] = found.confirmed
+    if found.ahead and not known.pose:
+        where = "ahead of" if found.ahead > 0.0 else "behind"
+        pose = f"the pose is that of a point {abs(found.ahead):.2f} m {where} the middle of the rear axle"
+        known = known._replace(pose=pose, elsewhere=True)
     if known.pose:
         known = known._replace(speed=known.speed.judged(_unfollowed(track), 0.0))
     else:
-        known = _steering(known, track, commanded.steering, noise, distance, body)
-    moved = known.moved if known.pose or known.unsteered else known.moved + distance
-    return known._replace(track=track, leap=leapt, consistent=agree, moved=moved)
+        known = _steering(known, track, found, commanded.steering, noise, body)
+    moved = known.moved if known.pose or known.unsteered else known.moved + found.distance
+    return known._replace(track=track, leap=leapt, consistent=found.agree, moved=moved)
 
 
 # -- speed and pose -----------------------------------------------------------------------------------------
 
 
-class _Gap(NamedTuple):
-    """Distances [m] by pose, speed and commands since a time [s], and by how much two may differ."""
-
-    since: float
-    moved: float
-    reported: float
-    driven: float
-    most: float
-
-    @property
-    def agree(self) -> bool:
-        return abs(self.moved - self.reported) <= self.most
-
-
-def _gaps(track: Array, windows: Array, noise: Noise, late: float) -> list[_Gap]:
-    """Of each of the `windows` [s], with a pose that is `late` [s]."""
-    gaps = np.empty((len(windows), len(_Gap._fields)))
-    _compare(track, windows, noise.along, noise.speed, late, gaps)
-    return [_Gap(*gap) for gap in gaps.tolist()]
-
-
-@kernel
-def _compare(track: Array2, windows: Array1, along: float, speed: float, late: float, gaps: Out2) -> None:
-    """Into `gaps` (windows, 5); `along`, `speed`: noise [m], [m/s]."""
-    for k in range(len(windows)):
-        since, moved, reported, driven, leaps = distances_since(track, windows[k], late)
-        length = track[-1, AT] - since
-        cycle = length / max(len(track) - 1, 1)
-        random = sqrt(2.0) * along + sqrt(length * cycle) * speed
-        most = _FLOOR + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
-        gaps[k, 0], gaps[k, 1], gaps[k, 2], gaps[k, 3], gaps[k, 4] = since, moved, reported, driven, most
-
-
-def _speed_or_pose(
-    known: Sensors, track: Array, gaps: Sequence[_Gap], noise: Noise, distance: float
-) -> Sensors:
-    """With the verdict on speed and pose, which disagree in some of the `gaps`."""
-    wide, now = next(gap for gap in gaps if not gap.agree), float(track[-1, AT])
+def _speed_or_pose(known: Sensors, track: Array, found: Comparison, noise: Noise) -> Sensors:
+    """With the verdict on speed and pose, which disagree in some of the gaps."""
+    gaps, now = [Gap(*gap) for gap in found.gaps.tolist()], float(track[-1, AT])
+    wide = next(gap for gap in gaps if not gap.agree)
     if known.speed.problem or (not known.late and _blames_speed(track, wide)):
         seconds = max(now - wide.since, 1e-3)
         by_pose = wide.moved / seconds
@@ -249,7 +197,7 @@ def _speed_or_pose(
             f"speed sensor says {wide.reported / seconds:.2f} m/s, the pose moves at {by_pose:.2f} m/s: "
             f"speed from the pose is used"
         )
-        return known._replace(speed=known.speed.judged(problem, distance))
+        return known._replace(speed=known.speed.judged(problem, found.distance))
     late = _delay(track, noise)
     if late is not None:
         steady = abs(late - known.seen_late) < 1.5 * _LATE_STEP
@@ -261,7 +209,7 @@ def _speed_or_pose(
     return known._replace(pose=problem, late=0.0)
 
 
-def _blames_speed(track: Array, gap: _Gap) -> bool:
+def _blames_speed(track: Array, gap: Gap) -> bool:
     """Whether the pose is right, not the speed."""
     now, then = latest(track), before(track, float(track[-1, AT]) - gap.since)
     if now[SPEED] == 0.0 and now[REPORTED] != then[REPORTED]:
@@ -277,37 +225,11 @@ def _delay(track: Array, noise: Noise) -> float | None:
     best, found = inf, None
     for k in range(round(_LATEST / _LATE_STEP) + 1):
         late = k * _LATE_STEP
-        gaps = _gaps(track, _COMPARED_LATE, noise, late)
+        gaps = [Gap(*gap) for gap in gaps_if_late(track, noise, late).tolist()]
         off = sum(abs(gap.moved - gap.reported) for gap in gaps)
-        if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - _SHORT:
+        if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - SHORT:
             best, found = off, late
     return found
-
-
-def _reference_point(known: Sensors, track: Array, noise: Noise, body: Geometry) -> Sensors:
-    """With the pose in doubt where it is that of another point: it moves aside by a times what it turns."""
-    ahead, shown, left = _beside_turns(track, _POINT_TURN + SIGMAS * noise.heading)
-    seen = abs(ahead) > _POINT_SHARE * body.wheelbase and shown > _POINT_SHOWN + SIGMAS * noise.along
-    if not (seen and left < _POINT_LEFT * shown):
-        return known
-    where = "ahead of" if ahead > 0.0 else "behind"
-    problem = f"the pose is that of a point {abs(ahead):.2f} m {where} the middle of the rear axle"
-    return known._replace(pose=problem, elsewhere=True)
-
-
-@kernel
-def _beside_turns(track: Array2, least: float) -> tuple[float, float, float]:
-    """Metres aside for each radian turned, by least squares over the track, and root mean squares [m] of what
-    that explains and of what it leaves; 0 if the headings differ by less than `least` [rad]."""
-    phi, aside, n = track[:, PHI], track[:, ASIDE], len(track)
-    if phi.max() - phi.min() < least:
-        return 0.0, 0.0, 0.0
-    turns, asides, both = 0.0, 0.0, 0.0
-    for k in range(n):
-        turn, off = phi[k] - phi.mean(), aside[k] - aside.mean()
-        turns, asides, both = turns + turn * turn / n, asides + off * off / n, both + turn * off / n
-    ahead = both / turns
-    return ahead, abs(ahead) * sqrt(turns), sqrt(max(asides - ahead * both, 0.0))
 
 
 def _unfollowed(track: Array) -> str:
@@ -325,25 +247,56 @@ def _unfollowed(track: Array) -> str:
 
 
 def _steering(
-    known: Sensors, track: Array, steered: float, noise: Noise, distance: float, body: Geometry
+    known: Sensors, track: Array, found: Comparison, steered: float, noise: Noise, body: Geometry
 ) -> Sensors:
-    """With the verdict on the steering, and its angle while its sensor is left out."""
+    """With the verdict on the steering, and its angle while its sensor is left out.
+
+    Its sensor is left out where the pose turns otherwise than any offset explains, or where what lies between
+    the two has changed.
+    """
     out, unsteered = known.steering.problem != "", known.unsteered
-    problem = left_aside(track, noise, body, out=out)
-    gap = 0.0 if problem or out else unfollowed_angle(track, noise, body)
-    if gap and abs(drifted(track, STEERING_WINDOW, body.wheelbase)[0]) > 0.5 * abs(gap):
-        problem = steering_words(track, WINDOWS[0], body)
+    problem = _steering_words(track, found.aside, body) if found.aside else ""
+    gap = 0.0 if problem or out else found.unfollowed
+    if gap and abs(found.drift) > 0.5 * abs(gap):
+        problem = _steering_words(track, WINDOWS[0], body)
     elif gap:
         unsteered = unsteered or f"the steering does not follow its commands: {gap:+.2f} rad off"
-    still = "" if unsteered else unmoved(track, noise)
+    still = ""
+    if found.unmoved and not unsteered:
+        stays = f"steering sensor has stayed at {track[-1, DELTA]:+.2f} rad"
+        still = f"{stays} where a change by {found.unmoved:+.2f} rad was commanded"
     if not (problem or out):
         if unsteered == known.unsteered and still == known.unmoved:
             return known
         return known._replace(unsteered=unsteered, unmoved=still, moved=0.0 if unsteered else known.moved)
     then = before(track, STEERING_WINDOW)
     angle = known.angle + steered if out else then[STEERING] + float(track[-1, STEERED]) - then[STEERED]
-    angle = observe_steering(track, angle, noise, body)
-    proof = distance if abs(angle) > _TELLING else 0.0
+    angle = _observed(track, angle, noise, body)
+    proof = found.distance if abs(angle) > _TELLING else 0.0
     # It is said once, with the first figures.
     judged = known.steering.judged(known.steering.problem if problem and out else problem, proof)
     return known._replace(steering=judged, angle=angle, unmoved=still)
+
+
+def _steering_words(track: Array, seconds: float, body: Geometry) -> str:
+    """What is said of a steering sensor that disagrees with the pose over a window [s]."""
+    now, then = latest(track), before(track, seconds)
+    moved, turned, reported = (now[k] - then[k] for k in (ALONG, PHI, TURNED))
+    says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (reported, turned))
+    return (
+        f"steering sensor says {says:+.2f} rad, the pose turns as at {seen:+.2f} rad: "
+        f"steering from the turns is used"
+    )
+
+
+def _observed(track: Array, angle: float, noise: Noise, body: Geometry) -> float:
+    """The steering [rad], from that of its commands, by how the pose turns."""
+    now, then = latest(track), before(track, WINDOWS[0])
+    moved, turned = now[ALONG] - then[ALONG], now[PHI] - then[PHI]
+    if abs(moved) < _LEAST_WAY:
+        return angle
+    lag = 0.5 * (now[STEERED] - then[STEERED])  # the turn is that of the middle of the window
+    std = body.wheelbase * sqrt(2.0) * (noise.heading + 1e-3) / abs(moved)
+    cycle = now[AT] - float(track[-2, AT])
+    share = (1.0 - exp(-cycle / _OBSERVED)) / (1.0 + (std / _OBSERVED_STD) ** 2)
+    return angle + share * (atan(body.wheelbase * turned / moved) + lag - angle)

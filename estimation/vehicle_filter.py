@@ -17,7 +17,7 @@ the mean of a few first measurements.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, cos, exp, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -63,22 +63,19 @@ class MeasurementNoise:
 
     Attributes:
         residual: (5,) the last nu of (V1); variance: (5,) R of (V1), negative where differences are alike.
+        stds: standard deviations of the noise, by R.
         pairs: number of neighbours nu seen; run: number of measurements without a break.
     """
 
     residual: Array = field(default_factory=lambda: np.zeros(QUANTITIES))
     variance: Array = field(default_factory=lambda: np.zeros(QUANTITIES))
+    stds: Noise = field(default_factory=Noise)
     pairs: int = 0
     run: int = 0
 
-    @property
-    def stds(self) -> Noise:
-        """Standard deviations of the noise."""
-        return Noise(*np.sqrt(self.variance.clip(0.0)).tolist())
-
     def broken(self) -> MeasurementNoise:
         """The same noise, at the first measurement of a new run."""
-        return MeasurementNoise(residual=self.residual, variance=self.variance, pairs=self.pairs)
+        return replace(self, run=0)
 
 
 def filtered(
@@ -97,7 +94,8 @@ def filtered(
         pairs += 1
         share = max(1.0 - exp(-since.seconds / _MEMORY), 1.0 / pairs)
         variance = variance + share * (-residual * noise.residual - variance)
-    known = MeasurementNoise(residual=residual, variance=variance, pairs=pairs, run=run)
+    stds = Noise(*np.sqrt(variance.clip(0.0)).tolist())
+    known = MeasurementNoise(residual=residual, variance=variance, stds=stds, pairs=pairs, run=run)
     state = measured.copy()
     _correct(measured, expected, variance, since, 1.0 / (run + 1), state)
     return state, known

@@ -77,8 +77,8 @@ class PathPart(Validated, error=PathError):
 
     def __post_init__(self) -> None:
         validate(self)
-        if len(self.knots) < 2:
-            raise PathError(f"PathPart.knots = {self.knots.tolist()}: must be two or more")
+        if self.knots.ndim != 1 or self.knots.size < 2:
+            raise PathError(f"PathPart.knots = {self.knots.tolist()}: must be two or more numbers")
         arrays = self.knots, self.curvatures, self.x, self.y, self.phi
         for values in arrays:
             values.setflags(write=False)

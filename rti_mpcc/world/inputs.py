@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import Frame, GoalMeasurement
-from estimation.measurement import is_time
+from estimation.measurement import LATEST
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import BAD_INPUT, RtiMpccError
@@ -127,9 +127,14 @@ def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[Goal
         given = () if measurements is None else tuple(measurements)
     except TypeError:
         return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
-    problems = [_no_detection(each) for each in given]
-    odd = next((f"measurements[{k}] ignored: {why}" for k, why in enumerate(problems) if why), "")
-    return tuple(each for each, why in zip(given, problems, strict=True) if not why), odd
+    usable, remark = [], ""
+    for k, each in enumerate(given):
+        problem = _no_detection(each)
+        if not problem:
+            usable.append(each)
+        elif not remark:
+            remark = f"measurements[{k}] ignored: {problem}"
+    return tuple(usable), remark
 
 
 def _no_detection(given: object) -> str:
@@ -154,7 +159,7 @@ def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[Cloc
     passed, and the two are `offset` apart from then on.
     """
     last, cycle = clock.now if clock.started else None, config.cycle
-    if not _all_finite(now) or not is_time(now):
+    if not _all_finite(now) or abs(now) > LATEST:
         own = 0.0 if last is None else last + cycle
         return replace(clock, now=own, started=True), f"the clock shows {now}"
     stood = clock.stood + 1 if now == clock.shown else 0

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite
-from operator import sub
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from estimation.vehicle_filter import Elapsed, filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import BAD_INPUT
-from rti_mpcc.model.delay import QueuedCommand, as_rows, mean_rates, roll_forward
+from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
@@ -54,7 +53,7 @@ class StateMonitor:
 
     Attributes:
         state: (6,) the estimate, progress 0; None before the first usable measurement.
-        given: (6,) the last measurement; None before the first.
+        given: (6,) the last measurement; None before the first; unfit: it is no state of a vehicle.
         measured: (6,) the same without the sensors that are left out.
         dead_reckoned: (6,) dead-reckoned since `given` last changed.
         sensors: what is known of each sensor.
@@ -67,11 +66,13 @@ class StateMonitor:
         reset: place and speed changed at once when the doubt began.
         tries: number of times that a measurement was trusted again since the vehicle last moved with it.
         noise: of the measurements.
+        commanded, acting: mean acceleration since the last cycle [m/s²], without and with the disturbance.
     """
 
     at: float = 0.0
     state: Array | None = None
     given: Array | None = None
+    unfit: bool = False
     measured: Array | None = None
     dead_reckoned: Array | None = None
     sensors: Sensors = field(default_factory=Sensors)
@@ -85,6 +86,8 @@ class StateMonitor:
     reset: bool = False
     tries: int = 0
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
+    commanded: float = 0.0
+    acting: float = 0.0
 
     def usable_measurement(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
@@ -105,8 +108,8 @@ class StateMonitor:
         return replace(self, sensors=self.sensors._replace(track=track))
 
     def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
-        """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
-        if not problem or self.doubt:
+        """With a `problem` that has nothing to do with the vehicle's state."""
+        if self.doubt:
             return self
         return replace(self, doubt=problem, since=last.since if last.doubt else self.at)
 
@@ -120,33 +123,31 @@ def validate_measurement(
     disturbance: Disturbance = UNDISTURBED,
 ) -> StateMonitor:
     """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
-    read, unreadable = _read(given)
-    problem = unreadable or _unfit(read, config)
-    seconds, rows = now - last.at, as_rows(queue)
-
-    def rolled(state: Array, until: float = now) -> Array:
-        return roll_forward(state, rows, last.at, until, config, disturbance)
-
+    read, problem = _read(given, config)
+    seconds, unfit = now - last.at, problem != ""
     if last.gap or seconds > LONGEST_GAP or last.state is None or last.given is None:
-        return _first(last, read, problem, now, rolled)
+        reached, until = last.state, min(now, last.at + LONGEST_GAP)
+        if reached is not None:
+            reached = roll_forward(reached, queue, last.at, until, config, disturbance)
+        return _first(last, read, problem, now, reached)
     assert last.measured is not None
     assert last.dead_reckoned is not None
-    expected, follows = rolled(last.state), rolled(last.measured)
-    same = not problem and read.tolist() == last.given.tolist()
-    alike = not (problem or _unfit(last.given, config))
+    known = np.array((last.state, last.measured, last.dead_reckoned))
+    expected, follows, driven_on = roll_forward(known, queue, last.at, now, config, disturbance)
+    commanded = mean_rates(queue, last.at, now)[0]
+    gained, acting = seconds * commanded, disturbance.acting(commanded)
+    same, sensors = not problem and read.tolist() == last.given.tolist(), last.sensors
+    alike = not (unfit or last.unfit)
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    commanded, sensors = mean_rates(queue, last.at, now)[0], last.sensors
-    gained = seconds * commanded
     if alike and sensors.track is not None and now > sensors.track[-1, AT]:
         steered = float(follows[DELTA] - last.measured[DELTA])
-        acting = seconds * disturbance.acting(commanded)
-        asked = CommandedChange(gained, steered, float(last.state[DELTA]), acting)
+        asked = CommandedChange(gained, steered, float(last.state[DELTA]), seconds * acting)
         body = Geometry(config.vehicle.wheelbase, config.limits.steering)
         sensors = compare_sensors(sensors, now, read, asked, last.noise.stds, body)
     elif not problem:
         sensors = sensors.restarted(now, read, last.state)
     measured = read if problem else sensors.usable(read, config.vehicle.wheelbase)
-    dead_reckoned = rolled(last.dead_reckoned) if same else measured
+    dead_reckoned = driven_on if same else measured
     frozen = _frozen(measured, dead_reckoned) if same else ""
     jump = "" if problem else _far(measured, expected, seconds, config)
     problem = problem or frozen or sensors.pose or jump or sensors.unsteered
@@ -158,10 +159,12 @@ def validate_measurement(
         agrees = agrees and last.tries < TRIES and abs(float(dead_reckoned[V])) <= REST_SPEED
     if sensors.pose:
         agrees = agrees and sensors.consistent and not sensors.elsewhere
-    state, noise = measured, last.noise.broken()
     if problem and not fault:
         state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
-    elif not (problem or last.doubt or same) and config.vehicle_filter.enabled:
+        noise = last.noise.broken()
+    elif problem or last.doubt or same or not config.vehicle_filter.enabled:
+        state, noise = measured, last.noise.broken()
+    else:
         since = Elapsed(float(seconds), float(gained), config.max_curvature)
         state, noise = filtered(last.noise, measured, follows, expected, since)
     leapt = abs(float(measured[V] - expected[V])) > RESET_LEAP
@@ -169,6 +172,7 @@ def validate_measurement(
         at=now,
         state=state,
         given=read,
+        unfit=unfit,
         measured=measured,
         dead_reckoned=dead_reckoned,
         sensors=sensors,
@@ -180,8 +184,10 @@ def validate_measurement(
         reset=problem != "" and (last.reset if last.doubt else jump != "" and rests and leapt),
         tries=0 if sensors.moved > PROVEN else last.tries,
         noise=noise,
+        commanded=commanded,
+        acting=acting,
     )
-    return _tried_again(monitor, limited=bool(frozen or sensors.pose or fault))
+    return _tried_again(monitor, limited=bool(frozen or sensors.pose or fault)) if agrees else monitor
 
 
 def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
@@ -203,9 +209,12 @@ def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
 
 
 def _first(
-    last: StateMonitor, measured: Array, problem: str, now: float, rolled: Callable[[Array, float], Array]
+    last: StateMonitor, measured: Array, problem: str, now: float, reached: Array | None
 ) -> StateMonitor:
-    """The first measurement, or the first one after a gap, in which too much may have happened."""
+    """The first measurement, or the first one after a gap, in which too much may have happened.
+
+    `reached`: (6,) the last estimate, driven on by the commands; None without one.
+    """
     if not problem:
         return StateMonitor(
             at=now,
@@ -220,8 +229,9 @@ def _first(
     return replace(
         last,
         at=now,
-        state=None if last.state is None else rolled(last.state, min(now, last.at + LONGEST_GAP)),
+        state=reached,
         given=measured,
+        unfit=True,
         measured=measured,
         doubt=problem,
         steering_fault=False,
@@ -233,30 +243,25 @@ def _first(
     )
 
 
-def _read(given: VehicleState) -> tuple[Array, str]:
-    """The given state (6,), and why it cannot be read, or ""."""
-    read = []
+def _read(given: VehicleState, config: ControllerConfig) -> tuple[Array, str]:
+    """The given state (6,), and why it is no state of a vehicle, or ""."""
+    numbers = []
     for name in ("x", "y", "phi", "v", "delta"):
         if not hasattr(given, name):
             got = "None" if given is None else type(given).__name__
             return np.full(STATES, np.nan), f"expected VehicleState, got {got}"
         try:
-            read.append(float(getattr(given, name)))
+            numbers.append(float(getattr(given, name)))
         except BAD_INPUT:
             return np.full(STATES, np.nan), f"state.{name} is not a number: {getattr(given, name)!r:.40}"
-    return np.array((*read, 0.0)), ""
-
-
-def _unfit(state: Array, config: ControllerConfig) -> str:
-    """Why this is no state of a vehicle, or ""."""
-    x, y, phi, v, delta, _ = state.tolist()
-    finite = all(map(isfinite, (x, y, phi, v, delta)))
+    x, y, phi, v, delta = numbers
+    state, finite = np.array((*numbers, 0.0)), all(map(isfinite, numbers))
     placed = max(abs(x), abs(y)) <= FARTHEST and abs(phi) <= LARGEST_HEADING
     moving = abs(v) <= SPEED_SHARE * config.limits.speed
     if finite and placed and moving and abs(delta) <= LARGEST_STEERING:
-        return ""
-    given = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
-    return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {given}"
+        return state, ""
+    told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
+    return state, f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {told}"
 
 
 def _frozen(measured: Array, dead_reckoned: Array) -> str:
@@ -269,18 +274,17 @@ def _frozen(measured: Array, dead_reckoned: Array) -> str:
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
     """Why the vehicle cannot have come from the expected state to this one, or ""."""
-    limits, allowed = config.limits, config.plausibility
-    here, there = measured.tolist(), expected.tolist()
-    speed = max(abs(here[V]), abs(there[V]))
+    allowed = config.plausibility
+    x, y, phi, _, delta, _ = (measured - expected).tolist()
+    jump, turn, steered, far = hypot(x, y), abs(wrap(phi)), abs(delta), []
     share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH
-    distance = share * speed * seconds
-    x, y, phi, _, delta, _ = map(sub, here, there)
-    jumps = (
-        ("position", "m", hypot(x, y), allowed.position + distance),
-        ("heading", "rad", abs(wrap(phi)), allowed.heading + distance * config.max_curvature),
-        ("steering", "rad", abs(delta), allowed.steering + share * limits.steering_rate * seconds),
-    )
-    far = [f"{name} by {jump:.2f} {unit}" for name, unit, jump, most in jumps if jump > most]
+    distance = share * max(abs(float(measured[V])), abs(float(expected[V]))) * seconds
+    if jump > allowed.position + distance:
+        far.append(f"position by {jump:.2f} m")
+    if turn > allowed.heading + distance * config.max_curvature:
+        far.append(f"heading by {turn:.2f} rad")
+    if steered > allowed.steering + share * config.limits.steering_rate * seconds:
+        far.append(f"steering by {steered:.2f} rad")
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
 

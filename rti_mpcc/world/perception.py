@@ -19,7 +19,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.types import GoalOrigin, VehicleState
-from rti_mpcc.world import actuators, goal_setpoint, goals, inputs, vehicle
+from rti_mpcc.world import goal_setpoint, goals, inputs, vehicle
 from rti_mpcc.world.monitor import StateMonitor, validate_measurement
 from rti_mpcc.world.world import GoalState, W, World
 
@@ -60,13 +60,16 @@ class Perception:
         monitor = validate_measurement(
             last.monitor, given.measured, s.queue, clock.now, config, last.disturbance
         )
-        records, answer = actuators.compare_actuators(s, monitor, config)
+        records, answer = vehicle.compare_actuators(s, monitor, config)
         corrected = ""
         if answer != last.actuators:
-            s, monitor, corrected = actuators.correct_actuators(s, monitor, records, answer, config)
+            s, monitor, corrected = vehicle.correct_actuators(s, monitor, records, answer, config)
         known = vehicle.learnt(s, monitor, records[0], holds, config)
-        monitor = monitor.doubting(area.unreadable, last.monitor)
-        hint = _heading_hint(s, monitor, part)
+        if area.unreadable:
+            monitor = monitor.doubting(area.unreadable, last.monitor)
+        hint = last.heading_hint
+        if hint or last.monitor.state is None:
+            hint = _heading_hint(s, monitor, part)
         poses = last.poses
         if monitor.state is not None and not monitor.doubt:  # for detections that may still arrive
             length = config.goal_tracking.filter.history
@@ -84,7 +87,7 @@ class Perception:
             poses=poses,
             heading_hint=hint,
             records=records,
-            motion=s.vehicle.motion.noted(monitor, s.queue, last.disturbance, config),
+            motion=s.vehicle.motion.noted(monitor, config),
         )
         known_goal, another = inputs.goal_in(given.goal, s.goal, path, area, config)
         if another is not None:
@@ -119,8 +122,8 @@ class Perception:
         measurements, unfit = inputs.measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
-            refused = goal_setpoint.undetected(s.goal, (), unfit)
-            if refused != s.goal.undetected:
+            if unfit or s.goal.undetected:
+                refused = goal_setpoint.undetected(s.goal, (), unfit)
                 s = replace(s, goal=replace(s.goal, undetected=refused))
             return s, (), unfit
         end = None if s.area.corridor.area is not None else path.end

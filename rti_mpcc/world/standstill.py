@@ -20,8 +20,6 @@ import numpy as np
 from estimation.vehicle_filter import Noise
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import MOVING_FACTOR
-from rti_mpcc.model.delay import QueuedCommand, mean_rates
-from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor
@@ -79,17 +77,8 @@ class AxisMotion:
     noise: Noise = field(default_factory=Noise)
     unseen: float = 0.0
 
-    def noted(
-        self,
-        monitor: StateMonitor,
-        queue: tuple[QueuedCommand, ...],
-        disturbance: Disturbance,
-        config: ControllerConfig,
-    ) -> AxisMotion:
-        """With the estimate of this cycle; nothing is known of the time before one that is doubted.
-
-        `queue`, `disturbance`: as known in the last cycle.
-        """
+    def noted(self, monitor: StateMonitor, config: ControllerConfig) -> AxisMotion:
+        """With the estimate of this cycle; nothing is known of the time before one that is doubted."""
         state, now = monitor.state, monitor.at
         if state is None or monitor.measured is None or monitor.doubt:
             return AxisMotion()
@@ -104,23 +93,22 @@ class AxisMotion:
         heading = 0.5 * (pose[2] + self.pose[2])
         step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
-        commanded = mean_rates(queue, last.at, now)[0]
-        gained = commanded * seconds
+        gained = monitor.commanded * seconds
         moment = AxisReading(
             now,
             driven=last.driven + step,
-            unexplained=last.unexplained + speed - last.speed - disturbance.acting(commanded) * seconds,
+            unexplained=last.unexplained + speed - last.speed - monitor.acting * seconds,
             speed=speed,
             measured=measured,
             gained=last.gained + gained,
             planned=last.planned + (last.gained + 0.5 * gained) * seconds,
-            commanded=commanded,
-            coming=(last.coming + commanded - last.commanded) * exp(-seconds / LAG),
+            commanded=monitor.commanded,
+            coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
         kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
         motion = AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
         found, std = motion.by_poses(config)
-        unseen = abs(found) > max(least_unseen(config), NOISE * std)
+        unseen = abs(found) > NOISE * std and abs(found) > least_unseen(config)
         return replace(motion, unseen=found) if unseen else motion
 
     def by_poses(self, config: ControllerConfig) -> tuple[float, float]:
@@ -142,7 +130,7 @@ class AxisMotion:
             found, std = _slope([(m.at, m.driven) for m in last], self.noise.along)
             if NOISE * std <= least_unseen(config):
                 break
-        return found - sum(m.speed for m in last) / len(last), std
+        return found - sum([m.speed for m in last]) / len(last), std
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
@@ -224,8 +212,9 @@ def update_standing(since: float | None, speeds: tuple[float, ...], now: float, 
     `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].
     """
     most = least if since is None else MOVING_FACTOR * least
-    if any(abs(speed) > most for speed in speeds):
-        return None
+    for speed in speeds:
+        if abs(speed) > most:
+            return None
     return now if since is None else since
 
 
@@ -239,11 +228,11 @@ def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, floa
     n = len(points)
     if n < 3:
         return 0.0, 0.0
-    t0, y0 = sum(t for t, _ in points) / n, sum(y for _, y in points) / n
-    square = sum((t - t0) ** 2 for t, _ in points)
+    t0, y0 = sum([t for t, _ in points]) / n, sum([y for _, y in points]) / n
+    square = sum([(t - t0) ** 2 for t, _ in points])
     if square <= 0.0:
         return 0.0, 0.0
-    return sum((t - t0) * (y - y0) for t, y in points) / square, noise / sqrt(square)
+    return sum([(t - t0) * (y - y0) for t, y in points]) / square, noise / sqrt(square)
 
 
 def _coefficient(

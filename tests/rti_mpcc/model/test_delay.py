@@ -49,6 +49,12 @@ def test_queue_edges_off_the_grid_of_cycles(until: float) -> None:
     )
 
 
+def test_several_states_are_driven_as_each_alone() -> None:
+    states = np.array((STATE, 0.5 * STATE, -STATE))
+    alone = [roll_forward(each, QUEUE, 0.0, 0.18, VEHICLE) for each in states]
+    np.testing.assert_array_equal(roll_forward(states, QUEUE, 0.0, 0.18, VEHICLE), alone)
+
+
 def _share(k: int, until: float) -> float:
     """How long command k acts before `until` [s]."""
     end = QUEUE[k + 1].begins if k + 1 < len(QUEUE) else until
