@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from math import exp
 
 import numpy as np
@@ -79,11 +80,7 @@ def fit_board(camera: Camera, corners: Array, pixels: Array, starts: Sequence[Ar
     own = COMMON * float(np.sqrt(np.sum(residuals**2) / max(residuals.size - 3, 1)))
     if own > camera.corner_std:
         minima = _minima(camera, corners, pixels, [one.value for one in minima], own)
-    best = minima[0] if minima else None
-    for other in minima[1:]:
-        assert best is not None
-        best = _doubted(best, other)
-    return best
+    return reduce(_doubted, minima) if minima else None
 
 
 def _minima(

@@ -33,7 +33,7 @@ Angle = Annotated[float, Field(ge=-2.0 * pi, le=2.0 * pi)]
 Squares = Annotated[int, Field(ge=3, le=100)]
 Marker = Annotated[int, Field(ge=0, le=10_000)]
 Std = Annotated[float, Field(gt=0.0, le=1.0)]
-_FAMILY = re.compile(r"(?P<family>DICT_\dX\d)_(?P<size>\d+)")
+_FAMILY = re.compile(r"^(?P<family>DICT_\dX\d)_(?P<size>\d+)$")
 """Names of dictionaries of which a larger one begins with all markers of the smaller ones of its family."""
 
 
@@ -156,13 +156,9 @@ class CharucoBoard(Settings):
     @validated()
     def shares_markers(self, other: CharucoBoard) -> bool:
         """Whether both have a marker, so that one board can be taken for the other."""
-        mine, theirs = (_FAMILY.fullmatch(board.dictionary) for board in (self, other))
-        if mine is not None and theirs is not None:
-            same = mine["family"] == theirs["family"]
-        else:
-            same = self.dictionary == other.dictionary
+        mine, theirs = (_FAMILY.sub(r"\g<family>", board.dictionary) for board in (self, other))
         begin = max(self.markers.start, other.markers.start)
-        return same and begin < min(self.markers.stop, other.markers.stop)
+        return mine == theirs and begin < min(self.markers.stop, other.markers.stop)
 
     @property
     def size(self) -> tuple[float, float]:

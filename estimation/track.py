@@ -15,7 +15,7 @@ docs/method.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
@@ -122,12 +122,9 @@ class TrackFilter:
 
     def __init__(self, config: GoalFilterConfig) -> None:
         # Not at the top: filterpy loads 350 modules, scipy.stats above all, which `import estimation` spares.
-        from filterpy.kalman import KalmanFilter
+        from filterpy.kalman import predict, update
 
-        self._config = config
-        self._kalman: dict[int, Any] = {size: KalmanFilter(dim_x=size, dim_z=3) for size in (3, 6)}
-        for size, kalman in self._kalman.items():
-            kalman.H = np.eye(3, size)
+        self._config, self._predict, self._update = config, predict, update
         self.confirmations = config.confirmations
         self.gate = float(chdtri(3, 1.0 - config.gate))
         self._moved = float(chdtri(6, 1.0 - _MOVED))
@@ -198,26 +195,21 @@ class TrackFilter:
     def _carried(self, estimate: Gaussian, seconds: float) -> Gaussian:
         """An estimate some seconds later, Eq. (E3)."""
         size, drift = len(estimate.mean), self._config.drift(seconds)
-        kalman = self._kalman[size]
-        kalman.x, kalman.P = estimate.mean[:, None], estimate.covariance
         if size == 6:
             rates = np.diag(np.square([_VELOCITY_DRIFT, _VELOCITY_DRIFT, _TURN_RATE_DRIFT]))
             both = rates * seconds**2 / 2.0
             drift = np.block([[drift + rates * seconds**3 / 3.0, both], [both, rates * seconds]])
-        kalman.predict(F=np.eye(size) + seconds * np.eye(size, k=3), Q=drift)
-        return _of(kalman)
+        motion = np.eye(size) + seconds * np.eye(size, k=3)
+        return _symmetric(*self._predict(*estimate, F=motion, Q=drift))
 
     def _corrected(self, estimate: Gaussian, detection: Detection) -> Gaussian:
-        kalman = self._kalman[len(estimate.mean)]
-        kalman.x, kalman.P = estimate.mean[:, None], estimate.covariance
-        value = detection.value.copy()
+        value, pose = detection.value.copy(), np.eye(3, len(estimate.mean))
         value[2] = lift(float(value[2]), float(estimate.mean[2]))
-        kalman.update(value[:, None], R=detection.covariance)
-        return _of(kalman)
+        return _symmetric(*self._update(*estimate, value, detection.covariance, pose))
 
 
-def _of(kalman: Any) -> Gaussian:
-    return Gaussian(kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T))
+def _symmetric(mean: Array, covariance: Array) -> Gaussian:
+    return Gaussian(mean, 0.5 * (covariance + covariance.T))
 
 
 def innovation_of(estimate: Gaussian, detection: Detection) -> tuple[Array, float]:

@@ -85,19 +85,12 @@ def from_json(said: str | bytes) -> Any:
         raise ValueError(_TOO_DEEP) from None
 
 
-def check_plain(data: Any) -> None:
+def check_plain(data: Any, depth: int = DEPTH) -> None:
     """Raise ValueError for data that are nested too deep, or have a number that is too long."""
-    level = [data]
-    for _ in range(DEPTH):
-        for each in level:
-            if isinstance(each, int) and not -_WHOLE <= each < _WHOLE:
-                raise ValueError("has a whole number of more than 64 bits")
-        level = [
-            inner
-            for each in level
-            if isinstance(each, dict | list | tuple)
-            for inner in (each.values() if isinstance(each, dict) else each)
-        ]
-        if not level:
-            return
-    raise ValueError(_TOO_DEEP)
+    if depth == 0:
+        raise ValueError(_TOO_DEEP)
+    if isinstance(data, int) and not -_WHOLE <= data < _WHOLE:
+        raise ValueError("has a whole number of more than 64 bits")
+    inner = data.values() if isinstance(data, dict) else data if isinstance(data, list | tuple) else ()
+    for each in inner:
+        check_plain(each, depth - 1)

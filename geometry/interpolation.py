@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +11,6 @@ from geometry.angles import wrap
 from geometry.arrays import Array, Mask
 from geometry.errors import PathError
 from geometry.sampling import number_steps, steps
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicHermiteSpline
 
 Directions = NDArray[np.int64]
 _SAME_POINT = 1e-6  # [m]
@@ -80,22 +76,19 @@ def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directio
     """
     points, intervals = _point_intervals(points, directions)
     cuts = [0, *(np.flatnonzero(np.diff(intervals)) + 1).tolist(), len(intervals)]
-    runs = [(points[a : b + 1], int(intervals[a])) for a, b in pairwise(cuts)]
-    free = [_spline(run, None, None) for run, _ in runs]
-    tangents: list[Array | None] = [None]
-    for i, ((_, d_before), (_, d_after)) in enumerate(pairwise(runs)):
-        before, after = d_before * _slope(free[i], -1), d_after * _slope(free[i + 1], 0)
+    runs = [points[a : b + 1] for a, b in pairwise(cuts)]
+    ways = [int(intervals[a]) for a in cuts[:-1]]
+    tangents = [_tangents(run) for run in runs]
+    for i in range(1, len(runs)):
+        last, first = tangents[i - 1][-1], tangents[i][0]  # views: both become the mean
+        before, after = ways[i - 1] * last / np.hypot(*last), ways[i] * first / np.hypot(*first)
         if before @ after <= 0.0:
-            raise PathError(f"points[{cuts[i + 1]}]: the way does not turn back where the direction changes.")
-        tangents.append((before + after) / np.hypot(*(before + after)))
-    tangents.append(None)
-    poses, kinds = [], []
-    for i, (run, d) in enumerate(runs):
-        ends = [None if tangent is None else d * tangent for tangent in tangents[i : i + 2]]
-        rows = _sampled(_spline(run, ends[0], ends[1]), d)
-        poses.append(rows if i == 0 else rows[1:])
-        kinds.append(np.full(len(rows) - 1, d))
-    return np.concatenate(poses), np.concatenate(kinds)
+            raise PathError(f"points[{cuts[i]}]: the way does not turn back where the direction changes.")
+        common = (before + after) / np.hypot(*(before + after))
+        last[:], first[:] = ways[i - 1] * common, ways[i] * common
+    rows = [_sampled(*each) for each in zip(runs, tangents, ways, strict=True)]
+    kinds = [np.full(len(each) - 1, way) for each, way in zip(rows, ways, strict=True)]
+    return np.concatenate([rows[0], *(each[1:] for each in rows[1:])]), np.concatenate(kinds)
 
 
 def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Directions]:
@@ -132,20 +125,8 @@ def _without_doubled(
     return kept, intervals[~doubled]
 
 
-def _spline(points: Array, first: Array | None, last: Array | None) -> CubicHermiteSpline[np.float64]:
-    """Cubics over the chord lengths through (k, 2), unit tangents given or free at its ends."""
-    from scipy.interpolate import CubicHermiteSpline  # here: a tenth of a second to import, and seldom needed
-
-    lengths = np.hypot(*np.diff(points, axis=0).T)
-    tangents = _tangents(np.diff(points, axis=0) / lengths[:, None])
-    for k, tangent in ((0, first), (-1, last)):
-        if tangent is not None:
-            tangents[k] = tangent
-    return CubicHermiteSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, tangents)
-
-
-def _tangents(chords: Array) -> Array:
-    """Tangents (k + 1, 2) at points between which the chords have the directions m_i (k, 2).
+def _tangents(points: Array) -> Array:
+    """Tangents (k, 2) at points (k, 2), between which the chords have the directions m_i.
 
     After Akima, "A new method of interpolation and smooth curve fitting", J. ACM 1970, eq. (1):
 
@@ -155,6 +136,8 @@ def _tangents(chords: Array) -> Array:
     of continuous curvature swings from there to both ends. With lengths of vectors in the place of those of
     their components, so that it is the same in any frame.
     """
+    chords = np.diff(points, axis=0)
+    chords /= np.hypot(*chords.T)[:, None]
     if len(chords) == 1:
         return np.repeat(chords, 2, axis=0)
     before = [3.0 * chords[0] - 2.0 * chords[1], 2.0 * chords[0] - chords[1]]
@@ -168,13 +151,12 @@ def _tangents(chords: Array) -> Array:
     return tangents
 
 
-def _slope(spline: CubicHermiteSpline[np.float64], end: int) -> Array:
-    value = np.asarray(spline(spline.x[end], 1), dtype=np.float64)
-    return np.asarray(value / np.hypot(*value), dtype=np.float64)
+def _sampled(points: Array, tangents: Array, direction: int) -> Array:
+    """Vehicle poses (k, 3) on cubics over the chord lengths, at most _SPACING apart; heading continuous."""
+    from scipy.interpolate import CubicHermiteSpline  # here: a tenth of a second to import, and seldom needed
 
-
-def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
-    """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
+    lengths = np.hypot(*np.diff(points, axis=0).T)
+    spline = CubicHermiteSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, tangents)
     lengths = np.diff(spline.x)
     counts = steps(lengths, _SPACING, "the way through the points", PathError)
     piece, step = number_steps(counts)

@@ -17,7 +17,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from io import BytesIO
-from math import cos, sin
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,7 +29,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from geometry import files
 from geometry.arrays import Array, Index, Mask, locked
 from geometry.errors import AreaError, shown
-from geometry.outline import FARTHEST
+from geometry.outline import FARTHEST, outline_at
 from geometry.pose import Pose2
 
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
@@ -145,10 +144,7 @@ def _refuse_more(of: str, count: int, most: int) -> None:
 
 def _corners(rectangles: Index, resolution: float, origin: Origin) -> Array:
     """Corners (n, 4, 2) [m], counter-clockwise, of rectangles (n, 4) of cells: left, bottom, right, top."""
-    corners = resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
-    x, y, yaw = origin
-    c, s = cos(yaw), sin(yaw)
-    return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
+    return outline_at(resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]], Pose2(*origin))
 
 
 class _Loader(yaml.SafeLoader):

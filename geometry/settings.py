@@ -92,6 +92,11 @@ def did_you_mean(name: str, names: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Return the models that an annotation names, also inside of a tuple or of alternatives."""
+    return (each for each in _leaves(annotation) if isinstance(each, type) and issubclass(each, BaseModel))
+
+
 def _leaves(annotation: Any) -> Iterator[Any]:
     inner = [each for each in get_args(annotation) if isinstance(each, type) or get_args(each)]
     if not inner:
@@ -148,8 +153,7 @@ def _owner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[Ba
 
 def _group(cls: type[BaseModel], name: str) -> type[BaseModel] | None:
     field = cls.model_fields.get(name)
-    kind = None if field is None else field.annotation
-    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
+    return None if field is None else next(models_in(field.annotation), None)
 
 
 def _groups(cls: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[BaseModel]]]:

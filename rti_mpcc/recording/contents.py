@@ -253,17 +253,12 @@ def _to_array(data: Data, _: object) -> Array | None:
 
 
 def _from_obstacle(given: ArrayLike | Obstacle) -> Data:
-    if not isinstance(given, Obstacle):
-        return _to_list(given)
-    motion = {"velocity": given.velocity, "turn_rate": given.turn_rate, "name": given.name}
-    return {"polygon": _to_list(given.polygon), **motion}
+    return to_data(given) if isinstance(given, Obstacle) else _to_list(given)
 
 
 def _to_obstacle(data: Data, kind: object) -> Array | Obstacle | None:
-    if not (isinstance(data, dict) and "polygon" in data):
-        return _to_array(data, kind)
-    velocity = data["velocity"]
-    return Obstacle(**{**data, "velocity": None if velocity is None else tuple(velocity)})
+    bare = not (isinstance(data, dict) and "polygon" in data)
+    return _to_array(data, kind) if bare else structured(data, Obstacle)
 
 
 def _played_back(given: bool, _: object) -> Signal | None:
@@ -282,7 +277,7 @@ def _to_step(data: Data, _: object) -> Step:
 
 
 def _is_array(kind: Any) -> bool:
-    return is_array(kind) or kind == ArrayLike | None
+    return is_array(kind) or kind == ArrayLike or kind == ArrayLike | None
 
 
 _converter = make_converter(forbid_extra_keys=True)

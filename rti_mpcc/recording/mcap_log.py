@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
-import struct
 from collections.abc import Callable, Iterable
-from itertools import chain
 from math import cos, isfinite, sin
 from os import PathLike
 from types import SimpleNamespace
@@ -51,11 +49,11 @@ def mcap_libraries() -> SimpleNamespace:
         SceneUpdate_pb2,
     )
     from mcap.writer import Writer
-    from mcap_protobuf.schema import build_file_descriptor_set
+    from mcap_protobuf.schema import register_schema
 
     return SimpleNamespace(
         Writer=Writer,
-        described=build_file_descriptor_set,
+        register_schema=register_schema,
         FrameTransform=FrameTransform_pb2.FrameTransform,
         Log=Log_pb2.Log,
         Field=PackedElementField_pb2.PackedElementField,
@@ -84,10 +82,7 @@ class McapLog:
         self._writer = self._types.Writer(self._stream)
         self._writer.start(profile="", library="rti-mpcc")
         self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
         self._shown: dict[str, Any] = {}  # what /scene and /log told last
-        self._cloud = self._types.PointCloud()
-        self._body: list[list[float]] = []
         self._sequence, self.problem = 0, ""
 
     def write(self, controller: object, state: VehicleState, command: Command, now: float) -> None:
@@ -140,7 +135,7 @@ class McapLog:
             transform.translation.x, transform.translation.y = x, y
             _turn(transform.rotation, phi)
             self._send("/tf", transform, stamp)
-            self._send("/body", self._corners(x, y, phi, config), stamp)
+            self._send("/body", self._cloud(body_polygons(moment.pose[None], config.vehicle)[0]), stamp)
         plan = types.PosesInFrame(frame_id=WORLD)
         for row in states[::PLAN_STEP, :3].tolist():
             _place(plan.poses.add(), *row)
@@ -160,32 +155,24 @@ class McapLog:
         self._say(moment, stamp)
         self._diagnose(moment, stamp)
 
-    def _corners(self, x: float, y: float, phi: float, config: ControllerConfig) -> Any:
-        """The cloud that was made first, with the corners of the body at this pose."""
-        cloud, c, s = self._cloud, cos(phi), sin(phi)
-        if not cloud.fields:
-            cloud.frame_id, cloud.point_stride, cloud.pose.orientation.w = WORLD, 12, 1.0
-            for place, name in enumerate("xyz"):
-                cloud.fields.add(name=name, offset=4 * place, type=self._types.Field.FLOAT32)
-        corners = [
-            (x + c * along - s * across, y + s * along + c * across, 0.0)
-            for along, across in self._body_of(config)
-        ]
-        cloud.data = struct.pack(f"<{3 * len(corners)}f", *chain.from_iterable(corners))
+    def _cloud(self, corners: Array) -> Any:
+        """Corners (k, 2) [m] as a cloud of points on the ground."""
+        cloud = self._types.PointCloud(frame_id=WORLD, point_stride=12)
+        cloud.pose.orientation.w = 1.0
+        for place, name in enumerate("xyz"):
+            cloud.fields.add(name=name, offset=4 * place, type=self._types.Field.FLOAT32)
+        points = np.zeros((len(corners), 3), "<f4")
+        points[:, :2] = corners
+        cloud.data = points.tobytes()
         return cloud
-
-    def _body_of(self, config: ControllerConfig) -> list[list[float]]:
-        """Corners of the body in its own frame [m], made once."""
-        if not self._body:
-            self._body = body_polygons(np.zeros((1, 3)), config.vehicle)[0].tolist()
-        return self._body
 
     def _scene(self, moment: Moment, config: ControllerConfig, stamp: int) -> None:
         """The body in each cycle; surroundings, route and obstacles where they have changed."""
         scene = self._types.SceneUpdate()
         if not self._shown.get("body"):
             self._shown["body"] = True
-            _add_lines(scene, "body", _closed([np.array(self._body_of(config))]), BLUE, stamp, VEHICLE)
+            corners = body_polygons(np.zeros((1, 3)), config.vehicle)[0]
+            _add_lines(scene, "body", _closed([corners]), BLUE, stamp, VEHICLE)
         corridor, route = moment.corridor, moment.route
         area = None if corridor is None else corridor.area
         walls = () if corridor is None or area is not None else corridor.walls
@@ -203,7 +190,7 @@ class McapLog:
             if drawn := lines():
                 _add_lines(scene, name, drawn, color, stamp)
             else:
-                _stamp(scene.deletions.add(id=name).timestamp, stamp)
+                scene.deletions.add(id=name).timestamp.FromNanoseconds(stamp)
         if scene.entities or scene.deletions:
             self._send("/scene", scene, stamp)
 
@@ -254,22 +241,14 @@ class McapLog:
 
     def _send(self, topic: str, message: Any, stamp: int) -> None:
         if topic != "/scene":  # its entities have a time each
-            _stamp(message.timestamp, stamp)
+            message.timestamp.FromNanoseconds(stamp)
         if topic not in self._channels:
-            kind = type(message)
-            name = kind.DESCRIPTOR.full_name
-            if name not in self._schemas:
-                described = self._types.described(kind).SerializeToString()
-                self._schemas[name] = self._writer.register_schema(name, "protobuf", described)
-            self._channels[topic] = self._writer.register_channel(topic, "protobuf", self._schemas[name])
+            schema = self._types.register_schema(self._writer, type(message))
+            self._channels[topic] = self._writer.register_channel(topic, "protobuf", schema)
         self._add(topic, message.SerializeToString(), stamp)
 
     def _add(self, topic: str, data: bytes, stamp: int) -> None:
         self._writer.add_message(self._channels[topic], stamp, data, stamp, self._sequence)
-
-
-def _stamp(timestamp: Any, nanoseconds: int) -> None:
-    timestamp.seconds, timestamp.nanos = divmod(nanoseconds, 1_000_000_000)
 
 
 def _turn(quaternion: Any, heading: float) -> None:
@@ -286,7 +265,7 @@ def _add_lines(
 ) -> None:
     """An entity of polylines (k, 2) [m] in a frame; that of the vehicle moves with it."""
     entity = scene.entities.add(id=name, frame_id=frame, frame_locked=frame == VEHICLE)
-    _stamp(entity.timestamp, stamp)
+    entity.timestamp.FromNanoseconds(stamp)
     for line in lines:
         primitive = entity.lines.add(thickness=0.04)
         primitive.pose.orientation.w = 1.0

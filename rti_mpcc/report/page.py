@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from rti_mpcc.report import draw
 from rti_mpcc.report.text import in_words, number, percent
 
-_SYMBOL = re.compile(r"(?<!\w)([A-Za-zθδ])_([A-Za-zθδ]+)(?:\^([a-z]+))?")
-"""A letter with an index: q_c, θ_k, a_lat, q_N^e."""
+_MARKED = re.compile(r"`([^`]*)`|(?<!\w)([A-Za-zθδ])_([A-Za-zθδ]+)(?:\^([a-z]+))?")
+"""Code between backticks, or a letter with an index: q_c, θ_k, a_lat, q_N^e."""
 
 
 def rendered(template: str, title: str, *folders: Path, **given: Any) -> str:
@@ -49,17 +49,11 @@ def safe_json(data: str) -> Markup:
 
 def marked(text: object) -> Markup:
     """Escaped; what stands between backticks is code, elsewhere q_c and q_N^e are set as symbols."""
-    parts = str(escape(text)).split("`")
-    if len(parts) % 2 == 0:  # a backtick without its other one is a backtick
-        parts[-2:] = ["`".join(parts[-2:])]
-    return Markup(
-        "".join(
-            f"<code>{part}</code>" if place % 2 else _SYMBOL.sub(_symbol, part)
-            for place, part in enumerate(parts)
-        )
-    )
+    return Markup(_MARKED.sub(_in_html, str(escape(text))))
 
 
-def _symbol(found: re.Match[str]) -> str:
-    base, below, above = found.groups()
+def _in_html(found: re.Match[str]) -> str:
+    code, base, below, above = found.groups()
+    if code is not None:
+        return f"<code>{code}</code>"
     return f"<i>{base}</i><sub>{below}</sub>" + (f"<sup>{above}</sup>" if above else "")

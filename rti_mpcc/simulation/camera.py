@@ -133,11 +133,9 @@ class BoardCamera:
     def _outline(self, board: CharucoBoard, points: int) -> Array:
         """(3, 4 points) homogeneous coordinates along the paper's four sides [m]."""
         border, (width, height) = self.optics.border * board.square, board.size
-        share = np.linspace(0.0, 1.0, points)
-        zero, one = np.zeros(points), np.ones(points)
-        sides = ((share, zero), (share, one), (zero, share), (one, share))
-        unit = np.vstack([np.column_stack(side) for side in sides])
-        paper = unit * (width + 2.0 * border, height + 2.0 * border) - border
+        right, low = width + border, height + border
+        corners = np.array([(-border, -border), (right, -border), (right, low), (-border, low)])
+        paper = np.linspace(corners, np.roll(corners, -1, axis=0), points).reshape(-1, 2)
         return np.vstack([paper.T, np.ones(len(paper))])
 
     def _draw(self, picture: Grey, homography: Array, drawn: _Print) -> None:

@@ -21,7 +21,7 @@ from pydantic_core import ErrorDetails
 
 from geometry import files
 from geometry.errors import shown
-from geometry.settings import did_you_mean
+from geometry.settings import did_you_mean, models_in
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ConfigError, InputError, ScenarioError
 
@@ -142,7 +142,7 @@ def key_problem(
 def _with_aliases(text: str, table: type[BaseModel]) -> str:
     """A text with the names of fields as files have them, of all tables in this one."""
     for field in table.model_fields.values():
-        for inner in _models_in(field.annotation):
+        for inner in models_in(field.annotation):
             for name, each in inner.model_fields.items():
                 if each.alias:
                     text = re.sub(rf"\b{name}(?= =|$)", each.alias, text)
@@ -251,12 +251,5 @@ def _resolved(location: Location, model: type[BaseModel]) -> tuple[str, type[Bas
         key += f".{part}" if key else part
         fields = (field for name, field in inside[0].model_fields.items() if part in (name, field.alias))
         if place < len(location) - 1 and (field := next(fields, None)) is not None:
-            inside = list(_models_in(field.annotation)) or inside
+            inside = list(models_in(field.annotation)) or inside
     return key, inside[0]
-
-
-def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _models_in(inner)
