@@ -22,9 +22,9 @@ from rti_mpcc.controller import RtiMpcc
 
 PHASES: dict[str, tuple[str, ...]] = {
     "measurement": ("rti_mpcc.world.perception.validate_measurement",),
-    "projection": ("geometry.part.PathPart.project",),
-    "context, arrival time": ("rti_mpcc.course.workspace.Workspace.context",),
-    "shift of the last plan": ("rti_mpcc.controller.resample",),
+    "projection": ("rti_mpcc.course.context.closest_to",),
+    "context, arrival time": ("rti_mpcc.course.context.Workspace.context",),
+    "shift of the last plan": ("rti_mpcc.controller.shift",),
     "path, weights and cost": (
         "geometry.part.PathPart.reference",
         "rti_mpcc.ocp.objectives.Contouring.weights",
@@ -35,7 +35,7 @@ PHASES: dict[str, tuple[str, ...]] = {
         "rti_mpcc.controller.stage_bounds",
     ),
     "linearisation": ("rti_mpcc.controller.linearised_step",),
-    "corridor": ("geometry.corridor.Corridor.contacts", "rti_mpcc.controller.corridor_rows"),
+    "corridor": ("rti_mpcc.controller.stage_contacts", "rti_mpcc.controller.corridor_rows"),
     "filling": (
         "rti_mpcc.controller.fill",
         "rti_mpcc.controller.fill_curvature",

@@ -1,6 +1,7 @@
-"""What keeps a body where it may be, on one part of a route, and the questions that kernels ask of it.
+"""What keeps a body where it may be, on one part of a route, and the questions that are asked of it.
 
 Corridors, areas and maps build a `FreeSpace`; rows of the QP, checks of plans and figures of rides ask it.
+Numbers are not checked here: `Corridor` does so for its users.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array2, Out2, Out4, kernel
+from geometry.arrays import Array
 from geometry.contacts import APART, CONTACT, line_contacts
-from geometry.flanks import FLANKS, solid_contacts
+from geometry.flanks import FLANKS, flank_contacts
 from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
 
@@ -34,47 +35,39 @@ class FreeSpace(NamedTuple):
     sides: int
 
 
-@kernel
-def contacts_in(space: FreeSpace, body: Body, poses: Array2, within: float, outward: float) -> Out4:
+def contacts_in(space: FreeSpace, body: Body, poses: Array, within: float, outward: float) -> Array:
     """Return contacts (n, pieces, sides, 5) of a body at `poses` (n, 3), see `Corridor.contacts`."""
-    pieces, obstacles = len(body.starts) - 1, space.sides - 2
-    found = np.zeros((len(poses), pieces, space.sides, CONTACT))
-    found[:, :, :, APART] = inf
     if space.sides == FLANKS:
-        solid_contacts(body, poses, space.boundary, within, outward, found)
-        solid_contacts(body, poses, space.obstacles, within, outward, found)
-        return found
-    slots = np.zeros((len(poses), pieces * 2, CONTACT))
+        grids = space.boundary, space.obstacles
+        return flank_contacts(body, poses, *grids, within=within, outward=outward)
+    pieces = len(body.starts) - 1
+    slots = np.zeros((len(poses), 2 * pieces, CONTACT))
     slots[:, :, APART] = inf
     line_contacts(body, poses, space.smooth, within, outward, slots)
-    found[:, :, :2] = slots.reshape(len(poses), pieces, 2, CONTACT)
-    if obstacles > 0:
-        nearest = found[:, :, 2:].copy()
-        solid_contacts(body, poses, space.obstacles, within, outward, nearest)
-        found[:, :, 2:] = nearest
-    return found
+    found = slots.reshape(len(poses), pieces, 2, CONTACT)
+    if not space.obstacles.owners:
+        return found
+    nearest = flank_contacts(body, poses, space.obstacles, within=within, outward=outward, sides=1)
+    return np.concatenate((found, nearest), axis=2)
 
 
-@kernel
-def distances_in(space: FreeSpace, body: Body, poses: Array2, within: float) -> Out2:
+def distances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> Array:
     """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3), see `Corridor.signed_distances`."""
-    apart, found = np.empty((len(poses), 1 + space.obstacles.owners)), np.empty((len(poses), 1))
-    signed_distances_to(space.boundary, body, poses, within, found)
-    apart[:, :1] = found
-    if space.obstacles.owners > 0:
-        others = np.empty((len(poses), space.obstacles.owners))
-        signed_distances_to(space.obstacles, body, poses, within, others)
-        apart[:, 1:] = others
-    return apart
+    apart = np.empty((len(poses), 1))
+    signed_distances_to(space.boundary, body, poses, within, apart)
+    if not space.obstacles.owners:
+        return apart
+    others = np.empty((len(poses), space.obstacles.owners))
+    signed_distances_to(space.obstacles, body, poses, within, others)
+    return np.concatenate((apart, others), axis=1)
 
 
-@kernel
-def clearances_in(space: FreeSpace, body: Body, poses: Array2, within: float) -> Out2:
+def clearances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> Array:
     """Return the same, negative as well where the body's origin is beyond a boundary."""
-    apart, depths = distances_in(space, body, poses, within), np.zeros(len(poses))
+    apart = distances_in(space, body, poses, within)
     if space.sides != FLANKS:
+        depths = np.zeros(len(poses))
         beyond_lines(space.boundary, poses, space.behind, depths)
-    for n in range(len(poses)):
-        if depths[n] > 0.0:
-            apart[n, 0] = min(apart[n, 0], -depths[n])
+        deeper = depths > 0.0
+        apart[deeper, 0] = np.minimum(apart[deeper, 0], -depths[deeper])
     return apart

@@ -13,8 +13,8 @@ from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.iteration import Linearisation, Solution
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.model.bicycle import linearised_step
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V
 from rti_mpcc.ocp.bounds import Change, stage_bounds

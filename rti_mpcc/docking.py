@@ -22,7 +22,7 @@ from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.blocked import on_course
 from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
-from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.context import PlanningContext, Workspace
 from rti_mpcc.course.route_start import OUT_OF_REACH
 from rti_mpcc.course.transitions import (
     Event,
@@ -31,7 +31,6 @@ from rti_mpcc.course.transitions import (
     transition_on,
     without_route,
 )
-from rti_mpcc.course.workspace import Workspace
 from rti_mpcc.drive import fallback, first_plan, holding, limiter
 from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency, status_of
 from rti_mpcc.drive.driving import driven
@@ -300,7 +299,8 @@ class DockingController:
         """On another route if one is needed and planned; a given path is checked before it is started."""
         if self._replanner is None:
             return s
-        return self._reachability_checked(self._replanner.routed(s), clock)
+        s = self._replanner.routed(s)
+        return self._reachability_checked(s, clock) if first_plan.reachability_is_due(s, self.config) else s
 
     def _on_segment(self, s: ControllerState, clock: CycleClock) -> tuple[ControllerState, PlanningContext]:
         """Where the command will start to act, on the segment of that time."""
@@ -322,8 +322,6 @@ class DockingController:
 
         If a first plan from there misses it, the vehicle replans.
         """
-        if not first_plan.reachability_is_due(s, self.config):
-            return s
         last = Task(segment=(s.task.segment, *s.task.later)[-1])
         trial = self._targeted(replace(s, task=last, plans=Plans(), start_state=None))
         segment = trial.task.segment
@@ -355,7 +353,7 @@ class DockingController:
         """
         control = self._saturated(decision.control, context.state, s)
         decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
-        after = sent(after, control, context.start_time, context.state, self.config)
+        after = sent(after, control, context.start_time, context.state, context.before, self.config)
         after = _retried(after, status, decision.verdict.reason)
         remarks = (*goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
         report = report._replace(remarks=(*report.remarks, *remarks))
@@ -386,7 +384,8 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
-        s = restarted(sent(s, control, at, start, config), str(verdict))
+        before = s.sent[-1].acting(at, s.vehicle.actuators) if s.sent else (0.0, 0.0)
+        s = restarted(sent(s, control, at, start, before, config), str(verdict))
         return s, emergency(control, start, s, verdict, config, clock)
 
 

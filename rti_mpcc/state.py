@@ -1,6 +1,6 @@
 """The state of the controller from one cycle to the next: one frozen value of frozen parts.
 
-Nothing else is kept but caches of the active segment (`course.workspace`) and the goal's filter.
+Nothing else is kept but caches of the active segment (`course.context`) and the goal's filter.
 """
 
 from __future__ import annotations

@@ -26,14 +26,14 @@ from geometry import Area
 from geometry.compiled import Array1, Array2, IndexOut1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.corridor import space_around
-from geometry.free_space import FreeSpace, distances_in
+from geometry.free_space import distances_in
 from geometry.outline import shape_of
-from geometry.shape_grid import Body, BodyFrame, in_frame
+from geometry.shape_grid import BodyFrame, in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.route_start import CHECK_SPACING
-from rti_mpcc.model.delay import roll_forward
+from rti_mpcc.model.actuators import roll_forward
 from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
@@ -90,7 +90,7 @@ def clear_distance(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:
     """Distance along a plan to the first body that is not clear of something [m], or inf."""
-    moving = distance_to_moving(s, plan, config, reach, later)
+    moving = distance_to_moving(s, plan, config, reach, later) if s.area.tracked.moving else inf
     return min(moving, distance_to_contact(s, plan, config, reach, config.clearance.least))
 
 
@@ -100,18 +100,17 @@ def distance_to_contact(
     """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
     marks, _, states = bodies_along(plan, config, reach)
     space = space_around(s.area.corridor, s.task.segment.index)
-    to_boundary, within = max(least - CONTACT_TOLERANCE, 0.0), max(2.0 * least, CONTACT_TOLERANCE)
-    first = _first_too_near(space, body_of(config.vehicle), states, least, to_boundary, within)
+    # At the start of the plan distances up to twice the least one count.
+    within, poses = max(2.0 * least, CONTACT_TOLERANCE), np.ascontiguousarray(states[:, :POSE])
+    apart = distances_in(space, body_of(config.vehicle), poses, within)
+    first = _first_too_near(apart, least, max(least - CONTACT_TOLERANCE, 0.0))
     return inf if first < 0 else float(marks[first])
 
 
 @kernel
-def _first_too_near(
-    space: FreeSpace, body: Body, states: Array2, least: float, to_boundary: float, within: float
-) -> int:
-    """The first of the bodies at `states` (n, 6) that is nearer to something than a plan may come that starts
-    as far from it as this one; -1: none. At the start distances `within` [m] count."""
-    apart = distances_in(space, body, states[:, :POSE].copy(), within)
+def _first_too_near(apart: Array2, least: float, to_boundary: float) -> int:
+    """The first body, at distances (n, 1 + obstacles) [m], that is nearer to something than a plan may come
+    that starts as far from it as this one; -1: none."""
     for n in range(len(apart)):
         for j in range(apart.shape[1]):
             begins, kept = apart[0, j], to_boundary if j == 0 else least
@@ -138,8 +137,6 @@ def distance_to_moving(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:
     """Distance along a plan, started `later` [s], to where it may meet a moving obstacle, (S1) [m]."""
-    if not s.area.tracked.moving:
-        return inf
     marks, times, states = bodies_along(plan, config, reach)
     ahead = s.clock.now - s.area.given_at + later
     elapsed = ahead + s.vehicle.dead_time + (times - plan.times[0])

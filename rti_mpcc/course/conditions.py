@@ -94,11 +94,12 @@ def surroundings_changed(s: ControllerState, context: PlanningContext) -> bool:
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext) -> bool:
     """Braking in comfort from here, it stops inside the tolerance."""
-    stopping = context.speed <= SETTLE_TIME * context.config.comfort_acceleration
+    if context.speed > SETTLE_TIME * context.config.comfort_acceleration:
+        return False
     due = arrives_now(s, context)
     share = DUE_SHARE if due else SETTLE_SHARE
     share = 1.0 if overdue(s, context) or (due and s.vehicle.stands) else share
-    return stopping and context.inside(context.stop_error, share)
+    return context.inside(context.stop_error, share)
 
 
 def stuck_inside(s: ControllerState, context: PlanningContext) -> bool:

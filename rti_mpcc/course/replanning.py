@@ -229,21 +229,23 @@ class Replanner:
         return apart(goal, planned) > self._config.size * position or abs(off.phi) > heading
 
     def _needed(self, s: ControllerState) -> ReplanRequest | None:
-        goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
-        if goal is None or monitor.state is None or monitor.doubt or route is None or _stays(s):
-            return None
-        if s.goal.rejected:
+        monitor, route = s.vehicle.monitor, s.route
+        if route is None or s.goal.rejected:
             return None
         # A search continues while the vehicle stands, and its route is driven if it is asked for again.
         started = self._planning is not None and s.task.phase is not Phase.HOLDING
-        stuck = not s.on_planned_route and (route.replan_reason or (started and s.vehicle.stands))
-        if s.task.phase is Phase.PLANNING or stuck:
+        stuck = (route.replan_reason or (started and s.vehicle.stands)) and not s.on_planned_route
+        waits = s.task.phase is Phase.PLANNING or stuck
+        if not waits and not (s.task.drives and (s.task.stop is not None or route.request)):
+            return None
+        goal = s.goal_pose
+        if goal is None or monitor.state is None or monitor.doubt or _stays(s):
+            return None
+        if waits:
             if not s.vehicle.is_stationary(s.clock.now, s.vehicle.dead_time):
                 return None
             return ReplanRequest(start=route_start.here(s, self._config), goal=goal, area=s.area)
-        if s.task.drives and (s.task.stop is not None or route.request):
-            return self._ahead(s, goal)
-        return None
+        return self._ahead(s, goal)
 
     def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
         """From where the vehicle will be soon, or will stand."""

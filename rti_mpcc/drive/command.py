@@ -21,8 +21,7 @@ from rti_mpcc.drive import holding
 from rti_mpcc.drive.fallback import ControlInput, stopping_motion
 from rti_mpcc.drive.search import SqpResult
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.actuators import going_out
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, going_out, measured_steering
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times

@@ -13,9 +13,7 @@ from math import degrees, exp, isfinite, nan
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.drive.fallback import ControlInput, brake
-from rti_mpcc.model.actuators import Actuation
-from rti_mpcc.model.delay import still_acting
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.actuators import UNDISTURBED, Actuation, Disturbance, still_acting
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array
@@ -95,13 +93,17 @@ explains as much."""
 
 
 def sent(
-    s: ControllerState, control: ControlInput, begins: float, begin: Array, config: ControllerConfig
+    s: ControllerState,
+    control: ControlInput,
+    begins: float,
+    begin: Array,
+    before: tuple[float, float],
+    config: ControllerConfig,
 ) -> ControllerState:
     """With `control` on its way, acting from `begins` [s] on, in the state `begin` (6,): there the next cycle
-    looks for its progress."""
+    looks for its progress. `before`: acceleration and steering rate that the last commands made by then."""
     actuators, cycle, limits = s.vehicle.actuators, config.cycle, config.limits
     drive, steering = actuators
-    before = s.sent[-1].acting(begins, actuators) if s.sent else (0.0, 0.0)
     a = drive.commanded(control.acceleration, before[0], cycle, limits.acceleration)
     rate = steering.commanded(control.steering_rate, before[1], cycle, limits.steering_rate)
     # What drive and wheels would come to without more commands.

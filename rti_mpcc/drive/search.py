@@ -14,8 +14,8 @@ from rti_mpcc.course import schedule
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, Solution
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.model.bicycle import Extremes, extremes
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP

@@ -21,7 +21,7 @@ from rti_mpcc.mission.progress import advance_mission, end_mission, start_step
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep, StepRecord
 from rti_mpcc.mission.step import MissionCycle, Next, Step, StepOutcome, StepStart
 from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
-from rti_mpcc.world import inputs
+from rti_mpcc.world import perception
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
@@ -130,7 +130,7 @@ class DockingMission:
             signal: in place of `until` of the step under way; None: that is asked.
         """
         over = self.signalled(signal)
-        usable = None if goal is None else inputs.usable_goal(goal)[0]
+        usable = None if goal is None else perception.usable_goal(goal)[0]
         if usable is not None:  # for the next dock without a pose
             self._keep(replace(self.mission_state, unused_goal=usable))
         self._guarded(lambda: self._start(now))
@@ -151,7 +151,7 @@ class DockingMission:
     def _start(self, now: float) -> None:
         """Start the step that is due, or end the mission, in the cycle at `now` on the user's clock [s]."""
         mission_state, controller = self.mission_state, self.controller
-        clock, _ = inputs.timed(controller.state.clock, now, controller.config)
+        clock, _ = perception.timed(controller.state.clock, now, controller.config)
         if self.cancelling:
             self.cancelling = False
             if mission_state.pending:
@@ -304,7 +304,7 @@ def _check(steps: tuple[Step, ...], home: DriveTo | None, controller: DockingCon
 
 
 def _check_pose(pose: Pose2, name: str) -> None:
-    if inputs.usable_goal(pose)[0] is None:
+    if perception.usable_goal(pose)[0] is None:
         raise InputError(
             f"{name} = {pose}: its coordinates must be at most {FARTHEST:g} m, "
             f"its heading at most {LARGEST_HEADING:g} rad"

@@ -1,26 +1,181 @@
-"""The actuators: what acts when something is commanded, and what has to be commanded for what shall act.
+"""What acts when something is commanded, and what has to be commanded for what shall act.
 
-Drive and steering answer a command u after a dead time T by a lag of first order. With the value w that acts
-(acceleration or steering rate), w_0 at the begin of a command and h the time that it acts for:
+**Lag and dead time.** Drive and steering answer a command u after a dead time T by a lag of first order. With
+the value w that acts (acceleration or steering rate), w_0 at the begin of a command and h the time that it
+acts for:
 
 (D2)  w(t) = u + (w_0 - u) exp(-t / tau)
 (D3)  u    = w_0 + (w - w_0) / (1 - exp(-h / tau)),   so that w acts after h
 
-Plans are in terms of what acts. The queue (`model.delay`) holds the mean of (D2) over each command's cycle,
-so the prediction (D1) needs no more states. Set-points of speed and steering are the integrals of the
-commanded rates. A speed control with the lag tau therefore answers them as a drive with that lag answers
-accelerations: one model fits both interfaces.
+Plans are in terms of what acts. The queue of commands on their way holds the mean of (D2) over each command's
+cycle, so the prediction (D1) of what the vehicle will be doing needs no more states. Set-points of speed and
+steering are the integrals of the commanded rates. A speed control with the lag tau therefore answers them as
+a drive with that lag answers accelerations: one model fits both interfaces.
+
+**Disturbance.** The controller plans with what acts, the *effective* acceleration and steering; what is
+commanded and measured is without what acts beside the commands:
+
+(O4)  a_eff = (1 + g) a + d,   tan(delta_eff) = (1 + c) tan(delta + o)
+
+A vehicle that turns too tightly, by a wrong wheelbase say, acts as if its wheels stood otherwise.
+So the model (M1) stays as it is. Only where something comes in (the measured state, the commands under way)
+or goes out (a command, a plan) one is turned into the other.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import exp
+from itertools import chain
+from math import atan, exp, isfinite, tan
+from operator import attrgetter
 from typing import NamedTuple, Self
 
-from rti_mpcc.config import ActuatorModel
-from rti_mpcc.model.delay import QueuedCommand
+import numpy as np
+
+from geometry.compiled import Array2, Out2, inner, kernel
+from rti_mpcc.config import ActuatorModel, ControllerConfig
+from rti_mpcc.model.bicycle import propagate
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, STATES, A
+from rti_mpcc.types import Array
+
+ACROSS = 1.55
+"""Wheels turned farther than this are across the vehicle [rad]: the tangent ends there."""
+
+
+class Disturbance(NamedTuple):
+    """d, along the body's axis, to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g, 1 + c."""
+
+    acceleration: float = 0.0
+    steering: float = 0.0
+    gain: float = 1.0
+    turn: float = 1.0
+
+    def commanded(self, acceleration: float) -> float:
+        """What has to be commanded [m/s²] for an acceleration that acts."""
+        return (acceleration - self.acceleration) / self.gain
+
+    def acting(self, commanded: float) -> float:
+        """The acceleration [m/s²] that acts when this is commanded."""
+        return self.gain * commanded + self.acceleration
+
+    def acting_steering(self, measured: float) -> float:
+        """The angle [rad] that acts when this is measured, (O4)."""
+        if self.turn == 1.0:
+            return measured + self.steering
+        return atan(self.turn * tan(min(max(measured + self.steering, -ACROSS), ACROSS)))
+
+    def measured_steering(self, acting: float) -> float:
+        """The angle [rad] that is measured when this acts, (O4); NaN stays."""
+        if self.turn == 1.0 or not isfinite(acting):
+            return acting - self.steering
+        return atan(tan(acting) / self.turn) - self.steering
+
+    def commanded_rate(self, rate: float, acting: float, seconds: float) -> float:
+        """The steering rate [rad/s] by which an angle that acts changes at `rate` [rad/s] for so long [s]."""
+        if self.turn == 1.0:
+            return rate
+        end = self.measured_steering(acting + seconds * rate)
+        return (end - self.measured_steering(acting)) / seconds
+
+    def effective(self, measured: Array) -> Array:
+        """The state (6,) with the steering that acts."""
+        state = measured.copy()
+        state[DELTA] = self.acting_steering(float(state[DELTA]))
+        return state
+
+
+acting_steering, measured_steering = inner(Disturbance.acting_steering), inner(Disturbance.measured_steering)
+"""In kernels."""
+UNDISTURBED = Disturbance()
+
+
+# -- commands on their way ------------------------------------------------------------------------------
+
+
+class QueuedCommand(NamedTuple):
+    """A command on its way to the actuators: it acts from `begins` [s] on, until the next one does."""
+
+    begins: float
+    acceleration: float
+    steering_rate: float
+
+
+def roll_forward(
+    states: Array,
+    queue: Sequence[QueuedCommand],
+    now: float,
+    until: float,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
+) -> Array:
+    """One state (6,), or several (n, 6), at `until`, driven from `now` on by the queued commands, (D1).
+
+    Args:
+        queue: ordered by `begins`; before the first one nothing acts.
+        config: with the wheelbase, and the mechanical stop of the steering.
+        disturbance: what acts besides, see (O4); all states have the steering that is measured.
+    """
+    columns = len(QueuedCommand._fields)
+    numbers = np.fromiter(chain.from_iterable(queue), np.float64, columns * len(queue))
+    reached, most, wheelbase = states.copy(), config.limits.steering, config.vehicle.wheelbase
+    rows = reached.reshape(-1, STATES)
+    _roll_forward(numbers.reshape(-1, columns), (now, until), disturbance, most, wheelbase, rows)
+    return reached
+
+
+@kernel
+def _roll_forward(
+    commands: Array2, span: tuple[float, float], disturbance: Disturbance, most: float, wheelbase: float,
+    states: Out2,
+) -> None:  # fmt: skip
+    """Drive all states on over a `span` of time, by (O4) and (M1), from one command's begin to the next's.
+
+    Their steering is the measured one, on the way the one that acts.
+    """
+    control = np.zeros(CONTROLS)
+    for state in states:
+        (begin, until), coming = span, 0
+        delta = state[DELTA]
+        state[DELTA] = acting_steering(disturbance, delta)
+        while begin < until:
+            while coming < len(commands) and commands[coming, 0] <= begin:
+                coming += 1
+            end = min(commands[coming, 0], until) if coming < len(commands) else until
+            a = commands[coming - 1, 1] if coming > 0 else 0.0
+            rate = commands[coming - 1, 2] if coming > 0 else 0.0
+            seconds = end - begin
+            delta = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
+            control[A] = disturbance.gain * a + disturbance.acceleration
+            control[DELTA_DOT] = (acting_steering(disturbance, delta) - state[DELTA]) / seconds
+            propagate(state, control, seconds, wheelbase, state)
+            begin = end
+        state[DELTA] = delta
+
+
+def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:
+    """The queue without commands that another one has replaced by `now`."""
+    begun = bisect_right(queue, now, key=attrgetter("begins"))
+    return tuple(queue[max(begun - 1, 0) :])
+
+
+def mean_rates(queue: Sequence[QueuedCommand], begin: float, end: float) -> tuple[float, float]:
+    """Mean acceleration [m/s²] and steering rate [rad/s] that act from `begin` to `end` [s]; before the first
+    command 0."""
+    if end <= begin:
+        return 0.0, 0.0
+    speed, steering, ends = 0.0, 0.0, end  # each acts until the next one begins
+    for command in reversed(queue):
+        begins = max(command.begins, begin)
+        if begins < ends:
+            speed += (ends - begins) * command.acceleration
+            steering += (ends - begins) * command.steering_rate
+            ends = begins
+    return speed / (end - begin), steering / (end - begin)
+
+
+# -- lag ------------------------------------------------------------------------------------------------
 
 MOST_LEAD = 6.0
 """Most by which (D3) raises a step of what shall act. It is reached at a lag of 5.5 cycles; beyond, the whole
@@ -119,6 +274,8 @@ def waits(actuators: Actuators, cycle: float) -> tuple[int, int]:
 
 def going_out(sent: Sequence[Actuation], actuators: Actuators, cycle: float) -> tuple[Actuation, Actuation]:
     """The commands that drive and steering are sent now: the quicker of the two waits for the other one."""
+    if actuators.drive.dead_time == actuators.steering.dead_time:
+        return sent[-1], sent[-1]
     (drive, steering), oldest = waits(actuators, cycle), len(sent) - 1
     return sent[-1 - min(drive, oldest)], sent[-1 - min(steering, oldest)]
 

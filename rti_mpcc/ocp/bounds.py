@@ -26,7 +26,7 @@ import numpy as np
 
 from geometry.compiled import Array1, Out1, Out3, inner, kernel
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, acting_steering
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, acting_steering
 from rti_mpcc.model.layout import DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.types import Array

@@ -18,6 +18,7 @@ from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import PlanArrays, interpolated
 from rti_mpcc.ocp.side_clearance import OUTWARD
+from rti_mpcc.types import Array
 
 NEAR = 1.0
 """What is farther from a piece of the body than the margin and this acts on it in no way [m]."""
@@ -28,8 +29,7 @@ BETWEEN = 7
 _SHARES = np.arange(1, BETWEEN + 1) / (BETWEEN + 1)
 
 
-@kernel
-def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float, wheelbase: float) -> Out4:
+def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float, wheelbase: float) -> Array:
     """Contacts (N, pieces, sides, 5) of the body at stages 1..N of a plan, or nearer ones on the way there.
 
     Normals and points are in the frame of the body at the stage.
@@ -41,13 +41,11 @@ def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float
     (times, states, controls), within = plan, margin + NEAR
     found = contacts_in(space, body, states[1:, :POSE].copy(), within, OUTWARD)
     stages = np.flatnonzero(_passes_corner(found, states, margin))
-    if len(stages) == 0:
+    if not len(stages):
         return found
-    passed = np.empty((len(stages), BETWEEN))
-    for i in range(len(stages)):
-        begin, end = times[stages[i]], times[stages[i] + 1]
-        passed[i] = begin + (end - begin) * _SHARES
-    between = interpolated(times, states, controls, passed.reshape(passed.size), wheelbase)
+    begins, ends = times[stages, None], times[stages + 1, None]
+    passed = (begins + (ends - begins) * _SHARES).ravel()
+    between = interpolated(times, states, controls, passed, wheelbase)
     more = contacts_in(space, body, between[:, :POSE].copy(), within, OUTWARD)
     return _nearer(found, states, more, between, stages, wheelbase)
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import hypot, isfinite
+from math import hypot, isfinite, pi, remainder
 
 import numpy as np
 
@@ -22,11 +22,9 @@ from estimation import MeasurementNoise
 from estimation.odometry import AT, CommandedChange, Geometry, with_commands
 from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import Elapsed, filtered
-from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import BAD_INPUT
-from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, QueuedCommand, mean_rates, roll_forward
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
@@ -276,7 +274,7 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     """Why the vehicle cannot have come from the expected state to this one, or ""."""
     allowed = config.plausibility
     x, y, phi, _, delta, _ = (measured - expected).tolist()
-    jump, turn, steered, far = hypot(x, y), abs(wrap(phi)), abs(delta), []
+    jump, turn, steered, far = hypot(x, y), abs(remainder(phi, 2.0 * pi)), abs(delta), []
     share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH
     distance = share * max(abs(float(measured[V])), abs(float(expected[V]))) * seconds
     if jump > allowed.position + distance:

@@ -7,21 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import isfinite
 from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation import Frame, GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.goal_filter import CLOCK_SKEW
+from estimation.measurement import LATEST
 from geometry import PathPart, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.errors import BAD_INPUT, RtiMpccError
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import PHI
-from rti_mpcc.types import GoalOrigin, VehicleState
-from rti_mpcc.world import goal_setpoint, goals, inputs, vehicle
-from rti_mpcc.world.monitor import StateMonitor, validate_measurement
-from rti_mpcc.world.world import GoalState, W, World
+from rti_mpcc.types import Array, GoalOrigin, Obstacle, VehicleState
+from rti_mpcc.world import goal_setpoint, goals, vehicle
+from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING, StateMonitor, validate_measurement
+from rti_mpcc.world.surroundings import Surroundings
+from rti_mpcc.world.world import ClockState, GoalState, W, World
 
 
 class StepInputs(NamedTuple):
@@ -55,8 +60,8 @@ class Perception:
         `path`: that is driven, and its `part`; `holds`: the vehicle is held at its dock.
         """
         config, last = self._config, s.vehicle
-        clock, clock_remark = inputs.timed(s.clock, given.now, config)
-        area = inputs.surroundings_in(s.area, given.obstacles, clock.now)
+        clock, clock_remark = timed(s.clock, given.now, config)
+        area = surroundings_in(s.area, given.obstacles, clock.now)
         monitor = validate_measurement(
             last.monitor, given.measured, s.queue, clock.now, config, last.disturbance
         )
@@ -89,7 +94,7 @@ class Perception:
             records=records,
             motion=s.vehicle.motion.noted(monitor, config),
         )
-        known_goal, another = inputs.goal_in(given.goal, s.goal, path, area, config)
+        known_goal, another = goal_in(given.goal, s.goal, path, area, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
         s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
@@ -118,8 +123,8 @@ class Perception:
     def located(
         self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath
     ) -> tuple[W, tuple[Judgement, ...], str]:
-        """With the detections filtered and the setpoint moved; judgements, and a remark on other inputs."""
-        measurements, unfit = inputs.measurements_in(given)
+        """With the detections filtered and the setpoint moved; judgements, and a remark on other"""
+        measurements, unfit = measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
             if unfit or s.goal.undetected:
@@ -156,3 +161,166 @@ def _heading_hint(s: World, monitor: StateMonitor, part: PathPart) -> str:
     if s.area.corridor.area is not None:
         return hint
     return goals.degrees_beside("heading", Pose2(*state[:3].tolist()), part)
+
+
+# -- the inputs of a cycle, checked ---------------------------------------------------------------------
+
+STOOD_CYCLES = 3  # after which a clock that has not moved stands still
+LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
+
+
+def goal_in(
+    given: Pose2 | None,
+    known: GoalState,
+    path: ReferencePath,
+    surroundings: Surroundings,
+    config: ControllerConfig,
+) -> tuple[GoalState, Pose2 | None]:
+    """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
+    an obstacle comes there; a rejected one has to be given again."""
+    taken, came, refusal, given_fit = None, known.given, known.refusal, known.given_fit
+    if given is not None:
+        came, refusal = usable_goal(given)
+        goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
+        if goal is not None and goal != known.planned:
+            given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
+            if given_fit.problem:
+                refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
+            else:
+                taken = goal
+    fit = known.fit if taken is None else given_fit
+    if fit is None and surroundings.corridor.area is None:
+        fit = goals.end_checked(path, surroundings, config)
+    if fit is known.fit and given_fit is known.given_fit and (came, refusal) == (known.given, known.refusal):
+        return known, taken
+    return replace(known, given=came, given_fit=given_fit, fit=fit, refusal=refusal), taken
+
+
+def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:
+    """A goal as a pose that a route can be planned to, or None, and why it is none."""
+    try:
+        x, y, phi = given.x, given.y, given.phi
+    except AttributeError:
+        return None, f"goal rejected: expected Pose2, got {type(given).__name__}"
+    if not _all_finite(x, y, phi):
+        return None, f"goal ({x}, {y}, {phi}) rejected: not finite"
+    goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
+    if max(abs(x), abs(y)) > FARTHEST:
+        return None, f"goal {_text(goal)} rejected: coordinates at most {FARTHEST:g} m"
+    if abs(phi) > LARGEST_HEADING:
+        return None, f"goal {_text(goal)} rejected: heading at most {LARGEST_HEADING:g} rad"
+    return goal, ""
+
+
+def _text(goal: Pose2) -> str:
+    return f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
+
+
+def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float) -> Surroundings:
+    """The surroundings with these obstacles at `now` [s], or as known, and why they are not usable."""
+    if obstacles is None:
+        return known
+    try:
+        if known.tracked.are_given_again(obstacles):
+            return known.given_again(now)
+        outlines, problem = _outlines(obstacles)
+        if not problem:
+            return known.updated(outlines, now)
+    except (RtiMpccError, *BAD_INPUT) as error:
+        problem = f"obstacles not readable: {_line(error)}"
+    return replace(known, unreadable=problem)
+
+
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], str]:
+    """The obstacles, bare ones as arrays, none farther than `FARTHEST`, and why they are unusable, or ""."""
+    outlines: list[Array | Obstacle] = []
+    try:
+        given = list(obstacles)
+    except TypeError:
+        return outlines, f"obstacles: expected a sequence, got {type(obstacles).__name__}"
+    for k, outline in enumerate(given):
+        try:
+            corners = np.asarray(outline, dtype=np.float64)
+        except BAD_INPUT as error:
+            return outlines, f"obstacles[{k}] not readable: {_line(error)}"
+        outlines.append(outline if isinstance(outline, Obstacle) else corners)
+        problem = _far_outline(corners)
+        if problem:
+            return outlines, f"obstacles[{k}] {problem}"
+    return outlines, ""
+
+
+def _far_outline(outline: Array) -> str:
+    """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
+    if outline.ndim == 0:
+        return ""
+    odd = ~(np.abs(outline) <= FARTHEST)
+    if not odd.any():
+        return ""
+    value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
+    why = f"not near, at most {FARTHEST:g} m" if isfinite(value) else "not finite"
+    return f"{why}: {value:.6g} in corner {corner}"
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
+    """Those that are detections, and a remark on the first one that is not, or ""."""
+    try:
+        given = () if measurements is None else tuple(measurements)
+    except TypeError:
+        return (), f"measurements ignored: expected a sequence, got {type(measurements).__name__}"
+    usable, remark = [], ""
+    for k, each in enumerate(given):
+        problem = _no_detection(each)
+        if not problem:
+            usable.append(each)
+        elif not remark:
+            remark = f"measurements[{k}] ignored: {problem}"
+    return tuple(usable), remark
+
+
+def _no_detection(given: object) -> str:
+    """Why an input is no detection, or ""."""
+    if not isinstance(given, GoalMeasurement):
+        return f"expected GoalMeasurement, got {type(given).__name__}"
+    v = given.vehicle
+    try:
+        pose = () if v is None else (v.x, v.y, v.phi)
+        for number in (given.stamp, given.x, given.y, given.phi, *pose):
+            isfinite(number)
+        usable = isinstance(given.frame, Frame)
+    except (AttributeError, *BAD_INPUT):
+        usable = False
+    return "" if usable else "not all of its values are numbers, poses or frames"
+
+
+def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:
+    """The controller's clock at the user's `now` [s], and what is wrong with that, or "".
+
+    It never runs back: if the user's clock does, or leaps ahead, or shows no number, one cycle counts as
+    passed, and the two are `offset` apart from then on.
+    """
+    last, cycle = clock.now if clock.started else None, config.cycle
+    if not _all_finite(now) or abs(now) > LATEST:
+        own = 0.0 if last is None else last + cycle
+        return replace(clock, now=own, started=True), f"the clock shows {now}"
+    stood = clock.stood + 1 if now == clock.shown else 0
+    own, offset, word = now + clock.offset, clock.offset, ""
+    if stood >= STOOD_CYCLES:
+        word = "the clock stands still"
+    elif last is not None and not last <= own <= last + LEAP:
+        word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
+    if word:
+        own = cycle if last is None else last + cycle
+        offset = own - now
+    return ClockState(now=own, started=True, offset=offset, shown=float(now), stood=stood), word
+
+
+def _all_finite(*values: float) -> bool:
+    try:
+        return all(map(isfinite, values))
+    except BAD_INPUT:
+        return False

@@ -10,8 +10,15 @@ from estimation.actuator_bank import DRIVE, STEERING
 from estimation.actuators import ActuatorRecord, Measurement, SentCommand, learn, mean_rate
 from estimation.disturbance import Motion, first_estimate, unseated, updated
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.actuators import Actuator, Actuators, answered_by, going_out
-from rti_mpcc.model.delay import mean_rates, roll_forward, still_acting
+from rti_mpcc.model.actuators import (
+    Actuator,
+    Actuators,
+    answered_by,
+    going_out,
+    mean_rates,
+    roll_forward,
+    still_acting,
+)
 from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor

@@ -9,9 +9,7 @@ from typing import TypeVar
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from estimation.actuators import ActuatorRecord
 from geometry import Pose2
-from rti_mpcc.model.actuators import Actuation, Actuators
-from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.actuators import UNDISTURBED, Actuation, Actuators, Disturbance, QueuedCommand
 from rti_mpcc.types import GoalOrigin
 from rti_mpcc.world.goals import NO_TERMS, GoalFit, GoalTerms
 from rti_mpcc.world.monitor import StateMonitor

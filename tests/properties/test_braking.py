@@ -13,7 +13,7 @@ from rti_mpcc.course.collision_check import stopping_distance
 from rti_mpcc.drive import fallback
 from rti_mpcc.drive.fallback import STOP_DISTANCE
 from rti_mpcc.drive.limiter import saturate
-from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.actuators import Disturbance
 from rti_mpcc.types import Array, Source
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 

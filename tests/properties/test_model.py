@@ -10,9 +10,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.actuators import Disturbance, QueuedCommand, roll_forward
 from rti_mpcc.model.bicycle import linearised_step
-from rti_mpcc.model.delay import QueuedCommand, roll_forward
-from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, THETA, V, X, Y
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 

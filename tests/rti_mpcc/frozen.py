@@ -19,7 +19,7 @@ from geometry.contacts import Contacts
 from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.course import workspace
+from rti_mpcc.course import context
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
@@ -342,7 +342,7 @@ def take(
     taker = Taker(name=f"{scenario.name} ({preset})", times=sorted(times))
     short = changed(scenario, {"simulation.duration": max(times) + 0.2})
     with monkeypatch.context() as patch:
-        patch.setattr(workspace, "RtiMpcc", taker.core())
+        patch.setattr(context, "RtiMpcc", taker.core())
         simulate(short, preset=preset, **options)
     return taker.taken
 

@@ -8,7 +8,7 @@ import pytest
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.drive.fallback import ControlInput
 from rti_mpcc.drive.limiter import exceeded, saturate
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, mean_rates, roll_forward, still_acting
-from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.actuators import Disturbance, QueuedCommand, mean_rates, roll_forward, still_acting
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.types import Array
 from tests.rti_mpcc.model_steps import rates

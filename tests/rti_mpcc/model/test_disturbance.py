@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.config import ControllerConfig, Limits, Vehicle
-from rti_mpcc.model.delay import QueuedCommand, roll_forward
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, QueuedCommand, roll_forward
 from rti_mpcc.model.layout import DELTA
 
 WHEELBASE, STOP = 2.8, 0.6

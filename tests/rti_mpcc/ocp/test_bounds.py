@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.actuators import Disturbance
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, STATES, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import TURNING_SHARE, Change, StageBounds, stage_bounds
 from rti_mpcc.ocp.horizon import PlanStages
