@@ -99,14 +99,11 @@ class ForcedClock(CycleClock):
 
     def __init__(self, deadline: float | None, *, timed_out: bool) -> None:
         super().__init__(deadline)
-        self._timed_out = timed_out
+        self._timed_out, self._late = timed_out, timed_out or None
 
     def stop(self) -> Stop:
         """How every QP ends."""
         return _TIMED_OUT if self._timed_out else FAILED
-
-    def _passed(self, passed: bool) -> bool:
-        return passed or self._timed_out
 
 
 @dataclass(slots=True, kw_only=True)
