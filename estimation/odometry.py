@@ -5,7 +5,9 @@ With the heading phi_m half way between two poses, h the time in between, a what
 (W1)  along += dx cos(phi_m) + dy sin(phi_m),   aside += dy cos(phi_m) - dx sin(phi_m)
 (W2)  reported += h (v + v_last) / 2
 (W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
-(W4)  z+ = z + h v + h² (a + d) / 2,   v+ = v + h (a + d);   along is measured, d is what acts besides
+(W4)  z+ = z + h v + h² w / 2,   v+ = v + h w,   w = a + d + b;   along is measured, d is what acts besides
+
+as it is known, and b, which walks at random, what is not known of that.
 
 A track (n, COLUMNS) holds the readings of the last `LENGTH`, the oldest first. A difference of two readings
 says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of the pose.
@@ -31,20 +33,21 @@ TURNED, STEERED, STEERING, LEAPS = range(12, 16)
 """Heading by the measured steering on the way that the pose moved [rad]; sum of the commanded changes of the
 steering [rad]; the steering that was believed then [rad]; by how much (W2) may be off, as the speed leapt
 somewhere between two readings [m]."""
-AHEAD, POSE_SPEED, ZZ, ZV, VV = range(16, 21)
-"""z [m] and v [m/s] of (W4), and their covariance."""
-STEP, STEP_AT, OFF = range(21, 24)
+AHEAD, POSE_SPEED, BESIDE, ZZ, ZV, ZB, VV, VB, BB = range(16, 25)
+"""z [m], v [m/s] and b [m/s²] of (W4), and their covariance."""
+STEP, STEP_AT, OFF = range(25, 28)
 """The last step of the pose that was no motion [m], its time [s]; by how much the last step of the pose
 differed from the commands [m]."""
-POSE_ROUGHNESS, SPEED_ROUGHNESS, SEEN = range(24, 27)
+POSE_ROUGHNESS, SPEED_ROUGHNESS, SEEN = range(28, 31)
 """Variances of the noise of pose [m²] and speed [m²/s²], as far as steps between two readings show it;
 number of steps so far."""
-COLUMNS = 27
+COLUMNS = 31
 
 LENGTH = 2.5  # [s] for which readings are kept
 _ACCELERATION, _ACCELERATION_SHARE = 2e-4, 0.01
 """Spectral density of an acceleration that was not commanded [m²/s³], and its share of a² [s]. At rest it is
 small: the speed of a pose with a noise of 1 cm at 20 Hz is known to 1 cm/s there."""
+_BESIDE_WALK = 1e-3  # spectral density of the rate of b [m²/s⁵]
 _ROUGHNESS_TIME = 1.0  # [s] over which the noise of pose and speed is seen in the track
 _ROUGHEST_POSE, _ROUGHEST_SPEED = 0.1, 0.15  # [m], [m/s]; a larger step counts as one
 _LEAST_NOISE = 1e-3  # [m], standard deviation of a pose without noise
@@ -166,14 +169,22 @@ def _step(last: Array1, step: float, reported: float, driven: float, noise: floa
 @inner
 def _filter(last: Array1, h: float, gained: float, r: float, now: Out1) -> None:
     """(W4) corrected by `along`."""
-    zz, zv, vv = last[ZZ], last[ZV], last[VV]
+    zz, zv, zb, vv, vb, bb = last[ZZ], last[ZV], last[ZB], last[VV], last[VB], last[BB]
     q = _ACCELERATION + _ACCELERATION_SHARE * (gained / h) ** 2
-    zz, zv = zz + h * (2.0 * zv + h * vv) + q * h**3 / 3.0, zv + h * vv + q * h**2 / 2.0
-    vv += q * h
+    # F P F' + Q, from the first row to the last.
+    zz += h * (2.0 * zv + h * (vv + zb + h * (vb + 0.25 * h * bb))) + q * h**3 / 3.0
+    zv += h * (vv + zb + h * (1.5 * vb + 0.5 * h * bb)) + q * h**2 / 2.0
+    zb += h * (vb + 0.5 * h * bb)
+    vv += h * (2.0 * vb + h * bb) + q * h
+    vb += h * bb
+    bb += _BESIDE_WALK * h
+    gained += h * last[BESIDE]
     z, v = last[AHEAD] + h * (last[POSE_SPEED] + 0.5 * gained), last[POSE_SPEED] + gained
     off, share = now[ALONG] - z, 1.0 / (zz + r)
     now[AHEAD], now[POSE_SPEED] = z + zz * share * off, v + zv * share * off
-    now[ZZ], now[ZV], now[VV] = zz * r * share, zv * r * share, vv - zv * zv * share
+    now[BESIDE] = last[BESIDE] + zb * share * off
+    now[ZZ], now[ZV], now[ZB] = zz * r * share, zv * r * share, zb * r * share
+    now[VV], now[VB], now[BB] = vv - zv * zv * share, vb - zv * zb * share, bb - zb * zb * share
 
 
 @inner

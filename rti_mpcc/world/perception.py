@@ -65,11 +65,12 @@ class Perception:
         monitor = validate_measurement(
             last.monitor, given.measured, s.queue, clock.now, config, last.disturbance
         )
-        records, answer = vehicle.compare_actuators(s, monitor, config)
-        corrected = ""
+        moved, corrected = last.motion.noted(monitor, config), ""
+        records, answer = vehicle.compare_actuators(s, monitor, moved, holds, config)
         if answer != last.actuators:
             s, monitor, corrected = vehicle.correct_actuators(s, monitor, records, answer, config)
-        known = vehicle.learnt(s, monitor, records[0], holds, config)
+            moved = s.vehicle.motion.noted(monitor, config)
+        known = vehicle.learnt(s, monitor, moved, records[0], holds, config)
         if area.unreadable:
             monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = last.heading_hint
@@ -92,13 +93,13 @@ class Perception:
             poses=poses,
             heading_hint=hint,
             records=records,
-            motion=s.vehicle.motion.noted(monitor, config),
+            motion=moved,
         )
         known_goal, another = goal_in(given.goal, s.goal, path, area, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
         s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
-        return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, known))
+        return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, moved, known))
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:
         """With another planned goal; detections of the same dock are kept, those of another start anew."""

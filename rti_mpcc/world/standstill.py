@@ -1,7 +1,8 @@
 """Does the vehicle stand? Judged by the measured speed, and by the poses of the last moments.
 
 A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
-the measured speeds explain, and the difference is added to the measured speed.
+the measured speeds explain, and the difference is added to the measured speed. Until there are enough poses,
+a speed that has leapt to rest goes on as the commands explain, if the pose does.
 
 A car stands if it is slower than 0.02 m/s, a small vehicle if it is slower by its size; at the dock it must
 come to rest within a third of the tolerance. Whether it stays there: `drive.holding`.
@@ -108,6 +109,8 @@ class AxisMotion:
         kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
         motion = AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
         found, std = motion.by_poses(config)
+        if std == inf and measured == 0.0:  # as in a dead band
+            found, std = motion._leapt(last, self.unseen, monitor.acting)
         unseen = abs(found) > NOISE * std and abs(found) > least_unseen(config)
         return replace(motion, unseen=found) if unseen else motion
 
@@ -131,6 +134,20 @@ class AxisMotion:
             if NOISE * std <= least_unseen(config):
                 break
         return found - sum([m.speed for m in last]) / len(last), std
+
+    def _leapt(self, last: AxisReading, unseen: float, acting: float) -> tuple[float, float]:
+        """What the last measured speed lacks [m/s], if it has leapt and the pose has not, and its standard
+        deviation; else 0 and inf. `last`, `unseen`: of the cycle before; `acting`: acceleration [m/s²]."""
+        now, before = self.moments[-1], last.speed + unseen
+        seconds = now.at - last.at
+        expected, moved = before + seconds * acting, (now.driven - last.driven) / seconds
+        leaps = abs(expected - now.speed) > NOISE * sqrt(2.0) * self.noise.speed
+        goes_on = abs(moved - 0.5 * (before + expected)) < abs(moved - 0.5 * (before + now.speed))
+        return (
+            (expected - now.speed, sqrt(2.0) * self.noise.along / seconds)
+            if leaps and goes_on
+            else (0.0, inf)
+        )
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""

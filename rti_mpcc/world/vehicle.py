@@ -43,22 +43,31 @@ def predicted(s: World, at: float, config: ControllerConfig) -> Array:
     return known.effective(roll_forward(estimate, s.queue, s.clock.now, at, config, known))
 
 
-def compare_actuators(s: World, monitor: StateMonitor, config: ControllerConfig) -> tuple[Records, Actuators]:
+def compare_actuators(
+    s: World, monitor: StateMonitor, moved: AxisMotion, holds: bool, config: ControllerConfig
+) -> tuple[Records, Actuators]:
     """What is learnt of drive and steering by this cycle's measurement, and how they are found to answer.
 
-    `s`: of the last cycle; `monitor`: with the measurement.
+    `s`: of the last cycle; `monitor`, `moved`: with the measurement; `holds`: the vehicle is held at its
+    dock, where no other answer may change what holds it.
     """
     (drive, steering), present, now = s.vehicle.records, s.vehicle.actuators, monitor.at
     if not config.disturbance.enabled or monitor.measured is None:
         return s.vehicle.records, present
-    if not s.sent or monitor.relocalised or monitor.doubt or now - s.clock.now > config.longest_cycle:
+    if (
+        not s.sent
+        or holds
+        or monitor.relocalised
+        or monitor.doubt
+        or now - s.clock.now > config.longest_cycle
+    ):
         # Of this time it is not known what was driven.
         return (drive.restarted(), steering.restarted()), present
     driven, turned = going_out(s.sent, present, config.cycle)
     _, _, heading, speed, delta, _ = monitor.measured.tolist()
     accelerated = SentCommand(s.clock.now, driven.acceleration, driven.speed)
     steered = SentCommand(s.clock.now, turned.steering_rate, turned.steering)
-    at_speed, at_angle = Measurement(now, speed, heading), Measurement(now, delta, heading)
+    at_speed, at_angle = Measurement(now, speed + moved.unseen, heading), Measurement(now, delta, heading)
     drive, by_drive = learn(drive, accelerated, at_speed, present.drive, DRIVE)
     steering, by_steering = learn(steering, steered, at_angle, present.steering, STEERING)
     if by_drive is None and by_steering is None:
@@ -104,13 +113,18 @@ def _remarks(before: VehicleEstimate, records: Records, found: Actuators) -> lis
 
 
 def learnt(
-    s: World, monitor: StateMonitor, drive: ActuatorRecord, holds: bool, config: ControllerConfig
+    s: World,
+    monitor: StateMonitor,
+    moved: AxisMotion,
+    drive: ActuatorRecord,
+    holds: bool,
+    config: ControllerConfig,
 ) -> DisturbanceEstimate | None:
     """The disturbance after this cycle's measurement; nothing is learnt from one whose speed is doubted.
 
     A relocalised vehicle starts anew, as another disturbance may act there.
-    `s`: of the last cycle, with the commands sent up to then; `monitor`, `drive`: with this measurement;
-    `holds`: the vehicle is held at its dock.
+    `s`: of the last cycle, with the commands sent up to then; `monitor`, `moved`, `drive`: with this
+    measurement; `holds`: the vehicle is held at its dock.
     """
     if monitor.measured is None or not config.disturbance.enabled:
         return s.vehicle.offsets
@@ -123,17 +137,23 @@ def learnt(
     if before.at is not None and now - before.at > config.longest_cycle:
         before = unseated(before)  # a watchdog may have driven
     asked = 0.0 if before.at is None else _acted(s, drive, before.at, now)
-    motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
-    turns = not monitor.sensors.speed.problem and s.vehicle.motion.unseen == 0.0
+    motion = Motion(v=float(state[V]) + moved.unseen, phi=float(state[PHI]), delta=float(state[DELTA]))
+    turns = not monitor.sensors.speed.problem and moved.unseen == 0.0
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance, turns=turns)
 
 
-def sensor_remarks(monitor: StateMonitor, known: DisturbanceEstimate | None) -> tuple[str, ...]:
+def sensor_remarks(
+    monitor: StateMonitor, moved: AxisMotion, known: DisturbanceEstimate | None
+) -> tuple[str, ...]:
     """What is said of sensors that the estimate does without, or corrects."""
     offset = 0.0 if known is None else known.steering
     told = known is not None and abs(offset) > OFFSET_REPORTED + 2.0 * known.stds[1]
     beside = f"steering sensor is {-offset:+.2f} rad off: it is corrected" if told else ""
-    return (*monitor.sensors.remarks, beside)
+    unseen = ""
+    if moved.unseen and not monitor.sensors.speed.problem:
+        measured = moved.moments[-1].measured + 0.0  # no -0.00
+        unseen = f"speed sensor says {measured:.2f} m/s, but the pose moves: speed from the pose is used"
+    return (*monitor.sensors.remarks, unseen, beside)
 
 
 def _acted(s: World, drive: ActuatorRecord, begin: float, end: float) -> float:

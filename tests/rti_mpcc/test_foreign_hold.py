@@ -50,6 +50,14 @@ def test_a_foreign_vehicle_stays_where_it_docked(draw: Draw) -> None:
     assert stay.lost == 0
 
 
+def test_a_speed_that_leaps_into_its_dead_band_leads_no_vehicle_past_its_dock() -> None:
+    actuators: dict[str, object] = {"slope": -0.043, "uphill": 2.344, "creep": 0.3, "drive_lag": 0.06}
+    draw = replace(PLAIN, wheelbase=0.32, tolerance=0.027, dead_band=0.1, actuators=actuators)
+    docked_at = draw.drive(after=0.0).docked_at
+    assert docked_at is not None
+    assert docked_at < 20.0, "it came back"
+
+
 def test_a_brake_is_set_once_the_vehicle_is_docked() -> None:
     draw = replace(PLAIN, actuators={**UPHILL, "brake": True})
     ride = draw.drive(after=40.0)
