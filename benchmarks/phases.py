@@ -22,7 +22,7 @@ from rti_mpcc.controller import RtiMpcc
 
 PHASES: dict[str, tuple[str, ...]] = {
     "measurement": ("rti_mpcc.world.perception.validate_measurement",),
-    "projection": ("rti_mpcc.course.context.closest_to",),
+    "projection": ("geometry.part.PathPart.project",),
     "context, arrival time": ("rti_mpcc.course.context.Workspace.context",),
     "shift of the last plan": ("rti_mpcc.controller.shift",),
     "path, weights and cost": (

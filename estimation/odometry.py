@@ -5,9 +5,9 @@ With the heading phi_m half way between two poses, h the time in between, a what
 (W1)  along += dx cos(phi_m) + dy sin(phi_m),   aside += dy cos(phi_m) - dx sin(phi_m)
 (W2)  reported += h (v + v_last) / 2
 (W3)  c += h a,   driven += h (c + c_last) / 2;   c is the speed as long as pose and speed agree on it
-(W4)  z+ = z + h v + h² w / 2,   v+ = v + h w,   w = a + d + b;   along is measured, d is what acts besides
+(W4)  z+ = z + h v + h² w / 2,   v+ = v + h w,   w = a + d + b;   along is measured, b walks at random
 
-as it is known, and b, which walks at random, what is not known of that.
+What acts besides the commands is d as far as it is known, and b beyond that.
 
 A track (n, COLUMNS) holds the readings of the last `LENGTH`, the oldest first. A difference of two readings
 says how far the vehicle moved in that time. (W4) is a Kalman filter: the speed of the pose.

@@ -53,10 +53,9 @@ def lift(
     Raises:
         InputError: no numbers, arrays whose shapes do not go together, or scalars that are not finite.
     """
+    if isinstance(angle, float) and isinstance(near, float):
+        return near + wrap(angle - near)
     try:
-        if isinstance(angle, float) and isinstance(near, float):
-            apart = angle - near
-            return near + (apart - 2.0 * pi * ceil((apart - pi) / (2.0 * pi)))
         with np.errstate(invalid="ignore"):
             return near + wrap(np.subtract(angle, near, dtype=np.float64))
     except BAD_INPUT:

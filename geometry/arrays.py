@@ -1,4 +1,4 @@
-"""Names of arrays, whether they are finite, and arrays that nobody writes into."""
+"""Names of arrays, and arrays that nobody writes into."""
 
 from __future__ import annotations
 
@@ -17,11 +17,6 @@ Value = TypeVar("Value")
 def is_array(hint: Any) -> bool:
     """Whether a type hint is one of an array. Since numpy 2.5 `NDArray` is no alias of `np.ndarray`."""
     return hint is np.ndarray or get_origin(hint) in (np.ndarray, NDArray)
-
-
-def all_finite(values: Array) -> bool:
-    """Whether all numbers of an array are finite: `np.isfinite(values).all()` in half of the time."""
-    return int(np.count_nonzero(np.isfinite(values))) == values.size
 
 
 def locked(value: Value) -> Value:

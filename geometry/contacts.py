@@ -74,6 +74,13 @@ class Contacts:
         return at
 
 
+def no_contacts(*shape: int) -> Array:
+    """Return contacts (*shape, 5) where nothing is near, see `Contacts.values`."""
+    found = np.zeros((*shape, CONTACT))
+    found[..., APART] = inf
+    return found
+
+
 @kernel
 def line_contacts(
     body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out3
@@ -83,7 +90,7 @@ def line_contacts(
     Args:
         grid: segments of lines, as of `ShapeGrid.of_lines`; each owner is a side.
         within: what is farther away is left out [m]; outward: see the module.
-        found: +inf and 0 before.
+        found: `no_contacts` before.
     """
     segment, witness, run = np.empty((2, 2)), np.empty(WITNESS), np.empty((2, 2))
     slots = (len(body.starts) - 1) * grid.owners

@@ -79,9 +79,8 @@ class Corridor(Validated, error=CorridorError):
         object.__setattr__(self, "spaces", tuple(self._around(walls, grid) for walls in self.walls))
 
     def _around(self, walls: PartLines, obstacles: ShapeGrid) -> FreeSpace:
-        if self.area is not None:
-            return FreeSpace(self.area.grid, walls.smooth, obstacles, inf, FLANKS)
-        return FreeSpace(walls.grid, walls.smooth, obstacles, BEHIND if walls.is_open else inf, self.sides)
+        boundary = walls.grid if self.area is None else self.area.grid
+        return FreeSpace(boundary, walls.smooth, obstacles, BEHIND if walls.is_open else inf, self.sides)
 
     @classmethod
     @validated(CorridorError)
@@ -172,7 +171,7 @@ class Corridor(Validated, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        return distances_in(self.spaces[self._index(part)], body, to_rows(poses, 3, "poses"), within)
+        return distances_in(space_around(self, part), body, to_rows(poses, 3, "poses"), within)
 
     @validated(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
@@ -190,7 +189,7 @@ class Corridor(Validated, error=CorridorError):
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        found = contacts_in(self.spaces[self._index(part)], body, to_rows(poses, 3, "poses"), within, outward)
+        found = contacts_in(space_around(self, part), body, to_rows(poses, 3, "poses"), within, outward)
         return Contacts(values=locked(found))
 
     @validated(late=True)
@@ -199,8 +198,8 @@ class Corridor(Validated, error=CorridorError):
 
         So it is farther than BEHIND beyond one with open ends: that is on another way.
         """
-        walls, within = self.walls[self._index(part)], self.spaces[self._index(part)].behind
-        return walls.grid.beyond(to_rows(points, 2, "points"), within)
+        walls = self.walls[self._index(part)]
+        return walls.grid.beyond(to_rows(points, 2, "points"), space_around(self, part).behind)
 
     @validated(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -272,8 +271,8 @@ def _crosses(walls: PartLines, part: PathPart) -> bool:
 
 
 def space_around(corridor: Corridor, part: int) -> FreeSpace:
-    """Return what is around a part of the route."""
-    return corridor.spaces[0 if corridor.area is not None else part]
+    """Return what is around a part of the route. Raises InputError for one that does not exist."""
+    return corridor.spaces[corridor._index(part)]
 
 
 def with_shapes(corridor: Corridor, shapes: Sequence[CheckedShape]) -> Corridor:

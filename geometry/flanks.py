@@ -9,14 +9,14 @@ side the nearest one counts, as in geometry.contacts. Obstacles in a corridor ar
 
 from __future__ import annotations
 
-from math import cos, inf, sin
+from math import cos, sin
 from typing import Final
 
 import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import Array2, Out4, inner, kernel
-from geometry.contacts import APART, AT_X, CONTACT, keep, reach_out
+from geometry.contacts import APART, AT_X, keep, no_contacts, reach_out
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
 
@@ -36,8 +36,7 @@ def flank_contacts(
         within: what is farther away is left out [m]; outward: see geometry.contacts.
         sides: FLANKS, or 1: all shapes are one side.
     """
-    found = np.zeros((len(poses), len(body.starts) - 1, sides, CONTACT))
-    found[..., APART] = inf
+    found = no_contacts(len(poses), body.pieces, sides)
     for grid in grids:
         solid_contacts(body, poses, grid, within, outward, found)
     return found

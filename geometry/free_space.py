@@ -6,13 +6,12 @@ Numbers are not checked here: `Corridor` does so for its users.
 
 from __future__ import annotations
 
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.contacts import APART, CONTACT, line_contacts
+from geometry.contacts import CONTACT, line_contacts, no_contacts
 from geometry.flanks import FLANKS, flank_contacts
 from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
@@ -40,11 +39,10 @@ def contacts_in(space: FreeSpace, body: Body, poses: Array, within: float, outwa
     if space.sides == FLANKS:
         grids = space.boundary, space.obstacles
         return flank_contacts(body, poses, *grids, within=within, outward=outward)
-    pieces = len(body.starts) - 1
-    slots = np.zeros((len(poses), 2 * pieces, CONTACT))
-    slots[:, :, APART] = inf
+    pieces, owners = body.pieces, space.smooth.owners
+    slots = no_contacts(len(poses), pieces * owners)
     line_contacts(body, poses, space.smooth, within, outward, slots)
-    found = slots.reshape(len(poses), pieces, 2, CONTACT)
+    found = slots.reshape(len(poses), pieces, owners, CONTACT)
     if not space.obstacles.owners:
         return found
     nearest = flank_contacts(body, poses, space.obstacles, within=within, outward=outward, sides=1)

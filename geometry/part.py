@@ -175,7 +175,7 @@ class PathPart(Validated, error=PathError):
         if near is not None:
             low, high = min(max(near - reach, low), high), min(max(near + reach, low), high)
         heading = nan if heading is None else float(heading)
-        return closest_to(self.arcs, float(x), float(y), low, high, heading)
+        return _closest(self.arcs, float(x), float(y), low, high, heading)
 
 
 class Arcs(NamedTuple):
@@ -222,7 +222,7 @@ def _reference_at(arcs: Arcs, theta: float) -> tuple[float, float, float, float]
 
 
 @kernel
-def closest_to(arcs: Arcs, x: float, y: float, lowest: float, highest: float, wanted: float) -> float:
+def _closest(arcs: Arcs, x: float, y: float, lowest: float, highest: float, wanted: float) -> float:
     """Return the theta in [lowest, highest] of the point of a part that is closest to (x, y) [m].
 
     In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta

@@ -53,9 +53,8 @@ class Pose2(Validated):
         """Return this pose in the frame of another: inverse of `compose`, heading in (-pi, pi]."""
         if not isinstance(frame, Pose2):
             raise InputError(f"frame = {shown(frame)}: must be a Pose2")
-        c, s = cos(frame.phi), sin(frame.phi)
-        dx, dy = self.x - frame.x, self.y - frame.y
-        return Pose2(c * dx + s * dy, -s * dx + c * dy, wrap(self.phi - frame.phi))
+        ahead, aside = offset(self.x - frame.x, self.y - frame.y, frame.phi)
+        return Pose2(ahead, aside, wrap(self.phi - frame.phi))
 
     @validated(late=True)
     def within(self, tolerance: tuple[float, float, float], share: float = 1.0) -> bool:

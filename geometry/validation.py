@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, ParamSpec, TypeVar, get_args, get_origin
 import numpy as np
 import numpy.typing
 
-from geometry.arrays import Array, all_finite, is_array
+from geometry.arrays import Array, is_array
 from geometry.errors import BAD_INPUT, InputError, shown
 
 Given = ParamSpec("Given")
@@ -147,7 +147,7 @@ def to_rows(values: Any, width: int, name: str, error: type[InputError] = InputE
         raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
     if found.ndim != 2 or found.shape[1] != width:
         raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
-    if not all_finite(found):
+    if not np.isfinite(found).all():
         i = int(np.argmin(np.isfinite(found).all(axis=1)))
         raise error(f"{name}[{i}] = {found[i].tolist()}: must be finite numbers.")
     return found

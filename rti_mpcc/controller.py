@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from geometry import Corridor, InputError, PathPart, Pose2, lift
+from geometry import Corridor, InputError, PathPart, Pose2, wrap
 from geometry.corridor import space_around
 from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
@@ -233,7 +233,7 @@ class RtiMpcc:
         linear = self._linearisation
         assert linear is not None
         measured = world_to_local(linear.frame, state[None])[0]
-        measured[PHI] = lift(float(measured[PHI]), float(linear.stages.states[0, PHI]))
+        measured[PHI] = wrap(float(measured[PHI]))  # the plan's heading is 0 there
         measured[THETA] = min(measured[THETA], self.target.farthest)
         change = measured - linear.stages.states[0]
         fill_initial(self._values, self._pattern, change)

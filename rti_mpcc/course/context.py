@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from math import copysign, hypot, nan, pi
+from math import copysign, hypot, pi
 
 import numpy as np
 
 from geometry import Corridor, PathPart, Pose2, lift
-from geometry.part import closest_to, pose_at
+from geometry.part import pose_at
 from geometry.pose import offset
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
@@ -174,9 +174,8 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
         theta = part.project(x, y, heading=phi)
         heading = part.pose(theta).phi
     else:
-        near, begin, end = max(float(last[THETA]), part.start), part.start, part.end
-        low, high = min(max(near - PROGRESS_STEP, begin), end), min(max(near + PROGRESS_STEP, begin), end)
-        theta = closest_to(part.arcs, x, y, low, high, nan)
+        near = max(float(last[THETA]), part.start)
+        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
         heading = float(last[PHI])
     if theta <= part.start:
         first = part.first

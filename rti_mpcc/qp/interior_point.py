@@ -12,7 +12,6 @@ from time import perf_counter
 import numpy as np
 import piqp
 
-from geometry.arrays import all_finite
 from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.qp.solution import SOLVED, QpSolution
@@ -53,7 +52,7 @@ def solve_by_interior_point(pattern: QpPattern, values: QpValues) -> QpSolution:
     primal, dual = np.array(found.x), np.zeros(rows)
     dual[equations], dual[bounds] = found.y, found.z_u - found.z_l
     iterations, seconds = int(found.info.iter), perf_counter() - started
-    if status != piqp.PIQP_SOLVED or not (all_finite(primal) and all_finite(dual)):
+    if status != piqp.PIQP_SOLVED or not (np.isfinite(primal).all() and np.isfinite(dual).all()):
         word = status.name.removeprefix("PIQP_").lower().replace("_", " ")
         return QpSolution.none(pattern, f"interior point: {word}", iterations, seconds)
     residuals = float(found.info.primal_res), float(found.info.dual_res)

@@ -17,7 +17,6 @@ import numpy as np
 import osqp
 from scipy.sparse import csc_matrix
 
-from geometry.arrays import all_finite
 from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.qp.filling import QpValues
@@ -72,7 +71,8 @@ def solve_once(problem: DenseQp, *, accuracy: float, iterations: int) -> Array |
         ValueError: numbers that are none, or a lower bound above its upper one.
     """
     cost, gradient, constraints, lower, upper = problem
-    if not all(map(all_finite, (cost, gradient, constraints))) or not (lower <= upper).all():
+    finite = all(np.isfinite(each).all() for each in (cost, gradient, constraints))
+    if not finite or not (lower <= upper).all():
         raise ValueError(BAD_BOUNDS)
     solver = osqp.OSQP()
     solver.setup(

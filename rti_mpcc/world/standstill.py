@@ -110,7 +110,7 @@ class AxisMotion:
         motion = AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
-            found, std = motion._leapt(last, self.unseen, monitor.acting)
+            found, std = motion._leapt(self.unseen, monitor.acting)
         unseen = abs(found) > NOISE * std and abs(found) > least_unseen(config)
         return replace(motion, unseen=found) if unseen else motion
 
@@ -135,19 +135,17 @@ class AxisMotion:
                 break
         return found - sum([m.speed for m in last]) / len(last), std
 
-    def _leapt(self, last: AxisReading, unseen: float, acting: float) -> tuple[float, float]:
+    def _leapt(self, unseen: float, acting: float) -> tuple[float, float]:
         """What the last measured speed lacks [m/s], if it has leapt and the pose has not, and its standard
-        deviation; else 0 and inf. `last`, `unseen`: of the cycle before; `acting`: acceleration [m/s²]."""
-        now, before = self.moments[-1], last.speed + unseen
-        seconds = now.at - last.at
+        deviation; else 0 and inf. `unseen`: of the cycle before; `acting`: acceleration [m/s²]."""
+        *_, last, now = self.moments
+        before, seconds = last.speed + unseen, now.at - last.at
         expected, moved = before + seconds * acting, (now.driven - last.driven) / seconds
         leaps = abs(expected - now.speed) > NOISE * sqrt(2.0) * self.noise.speed
         goes_on = abs(moved - 0.5 * (before + expected)) < abs(moved - 0.5 * (before + now.speed))
-        return (
-            (expected - now.speed, sqrt(2.0) * self.noise.along / seconds)
-            if leaps and goes_on
-            else (0.0, inf)
-        )
+        if not (leaps and goes_on):
+            return 0.0, inf
+        return expected - now.speed, sqrt(2.0) * self.noise.along / seconds
 
     def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
         """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
