@@ -32,6 +32,7 @@ import numpy as np
 from benchmarks.problems.courses import drawn_course
 from benchmarks.tables import ROOT, command_line, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
+from geometry.free_space import clearances_in
 from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons, clearances
@@ -104,9 +105,7 @@ class Docking:
         axes = [np.arange(a, b + GRID, GRID) for a, b in zip(low, high, strict=True)]
         x, y = np.meshgrid(*axes, indexing="ij")
         points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        apart = corridor.signed_distances(0, POINT, points, BEYOND).min(axis=1, initial=BEYOND)
-        depth = corridor.beyond(0, points[:, :2])
-        apart = np.where(depth > 0.0, np.minimum(apart, -depth), apart)
+        apart = clearances_in(corridor.spaces[0], POINT, points, BEYOND).min(axis=1, initial=BEYOND)
         # casadi counts the first axis fastest
         values = np.clip(apart, -BEYOND, BEYOND).reshape(x.shape).ravel(order="F")
         return cls(

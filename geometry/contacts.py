@@ -16,14 +16,13 @@ out along its left normal. Solid shapes: geometry.flanks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, hypot, inf, sin, sqrt
 from typing import Final
 
 import numpy as np
 
-from geometry.arrays import Array, Complex
-from geometry.compiled import Array2, Out3, inner, kernel
+from geometry.arrays import Array
+from geometry.compiled import Array2, Out4, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import (
     MOST_TIED,
@@ -40,42 +39,14 @@ from geometry.shape_grid import (
 )
 
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
-"""Columns of `Contacts.values`, and their number."""
+"""Columns of a contact: signed distance [m], normal, out of the shape, and the point of the piece [m], both
+in the frame of the body; how many these are."""
 _MOST_MET: Final = 32
 """Shapes near a pose of which it is known that they were met already, in another cell."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Contacts:
-    """Contacts of the p pieces of a body at n poses with each of s sides.
-
-    Attributes:
-        values: (n, p, s, 5) signed distance [m], normal, out of the shape, and the point of the piece [m],
-            both in the frame of the body; +inf and 0 where nothing is as near as was asked for.
-    """
-
-    values: Array
-
-    @property
-    def apart(self) -> Array:
-        """Signed distances (n, p, s) [m]."""
-        return self.values[..., APART]
-
-    @property
-    def normal(self) -> Complex:
-        """Normals (n, p, s), along the body + i across it."""
-        normal: Complex = self.values[..., ALONG] + 1j * self.values[..., ACROSS]
-        return normal
-
-    @property
-    def at(self) -> Complex:
-        """Points of the pieces (n, p, s), along the body + i across it [m]."""
-        at: Complex = self.values[..., AT_X] + 1j * self.values[..., AT_Y]
-        return at
-
-
 def no_contacts(*shape: int) -> Array:
-    """Return contacts (*shape, 5) where nothing is near, see `Contacts.values`."""
+    """Return contacts (*shape, 5) where nothing is near: +inf and 0."""
     found = np.zeros((*shape, CONTACT))
     found[..., APART] = inf
     return found
@@ -83,12 +54,12 @@ def no_contacts(*shape: int) -> Array:
 
 @kernel
 def line_contacts(
-    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out3
+    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out4
 ) -> None:
-    """Write the contacts of a body at `poses` (n, 3) with lines into `found` (n, pieces * owners, 5).
+    """Write the contacts of a body at `poses` (n, 3) with lines into `found` (n, pieces, sides, 5).
 
     Args:
-        grid: segments of lines, as of `ShapeGrid.of_lines`; each owner is a side.
+        grid: segments of lines, as of `ShapeGrid.of_lines`; its owners are the first sides.
         within: what is farther away is left out [m]; outward: see the module.
         found: `no_contacts` before.
     """
@@ -150,7 +121,7 @@ def line_contacts(
                     key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
-                        keep(witness, found[n, slot])
+                        keep(witness, found[n, j, grid.owner[i]])
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
@@ -158,7 +129,7 @@ def line_contacts(
                 j = slot // grid.owners
                 witness[VALUE] = -inf
                 _behind(body.corners[body.starts[j] : body.starts[j + 1]], segment, witness)
-                keep(witness, found[n, slot])
+                keep(witness, found[n, j, slot % grid.owners])
 
 
 @inner

@@ -13,11 +13,10 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.area import Area
-from geometry.arrays import Array, locked
-from geometry.contacts import Contacts
+from geometry.arrays import Array
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS
-from geometry.free_space import FreeSpace, contacts_in, distances_in
+from geometry.free_space import FreeSpace
 from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
     CheckedShape,
@@ -55,14 +54,12 @@ class Corridor(Validated, error=CorridorError):
         walls: the boundaries of each part of the route.
         obstacles: corners (m, 2) of each, counter-clockwise [m]; two of a line, one of a point.
         area: all that is solid besides, or None.
-        kept_out: the convex pieces of all obstacles, each obstacle an owner.
-        spaces: all of this around each part of the route; in an area around any.
+        spaces: all of this around each part of the route, each obstacle an owner; in an area around any.
     """
 
     walls: tuple[PartLines, ...]
     obstacles: tuple[Array, ...] = ()
     area: Area | None = None
-    kept_out: ShapeGrid = field(init=False)
     spaces: tuple[FreeSpace, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -75,12 +72,13 @@ class Corridor(Validated, error=CorridorError):
         pieces, owner = [piece for shape in shapes for piece in shape.pieces], np.arange(len(shapes))
         grid = ShapeGrid.of_shapes(pieces, np.repeat(owner, counts), len(shapes))
         object.__setattr__(self, "obstacles", tuple(shape.corners for shape in shapes))
-        object.__setattr__(self, "kept_out", grid)
         object.__setattr__(self, "spaces", tuple(self._around(walls, grid) for walls in self.walls))
 
     def _around(self, walls: PartLines, obstacles: ShapeGrid) -> FreeSpace:
-        boundary = walls.grid if self.area is None else self.area.grid
-        return FreeSpace(boundary, walls.smooth, obstacles, BEHIND if walls.is_open else inf, self.sides)
+        behind = BEHIND if walls.is_open else inf
+        if self.area is not None:
+            return FreeSpace(self.area.grid, walls.smooth, obstacles, behind, FLANKS)
+        return FreeSpace(walls.grid, walls.smooth, obstacles, behind, 3 if obstacles.owners else 2)
 
     @classmethod
     @validated(CorridorError)
@@ -153,60 +151,12 @@ class Corridor(Validated, error=CorridorError):
         """
         return replace(self, obstacles=_arrays(obstacles))
 
-    @property
-    def sides(self) -> int:
-        """So many sides `contacts` tells of."""
-        if self.area is not None:
-            return FLANKS
-        return 3 if self.obstacles else 2
-
-    @validated(late=True)
-    def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
-        """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
-
-        Negative where they overlap: the least way out. +inf without anything nearer than `within` [m]. On the
-        far side of a boundary they are positive again, see `beyond`. What is solid in an area counts as one
-        boundary, and as it is solid, has no far side.
-
-        Raises:
-            InputError: a part that does not exist, a wrong shape, numbers that are not finite.
-        """
-        return distances_in(space_around(self, part), body, to_rows(poses, 3, "poses"), within)
-
-    @validated(late=True)
-    def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
-        """Return where the pieces of a body at `poses` (n, 3) are nearest to each side.
-
-        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle. In an area
-        these are the flanks of the body, see geometry.flanks.
-
-        Args:
-            part: index of the active part of the route.
-            within: what is farther away is left out [m]. A piece so far beyond a boundary is left alone, too:
-                it is taken to be on another way, behind it.
-            outward: see geometry.contacts.
-
-        Raises:
-            InputError: a part that does not exist, a wrong shape, numbers that are not finite.
-        """
-        found = contacts_in(space_around(self, part), body, to_rows(poses, 3, "poses"), within, outward)
-        return Contacts(values=locked(found))
-
-    @validated(late=True)
-    def beyond(self, part: int, points: Array) -> Array:
-        """Return how far points (n, 2) are beyond the nearest boundary (n,) [m]; 0 where they may be.
-
-        So it is farther than BEHIND beyond one with open ends: that is on another way.
-        """
-        walls = self.walls[self._index(part)]
-        return walls.grid.beyond(to_rows(points, 2, "points"), space_around(self, part).behind)
-
     @validated(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
         """Return whether a boundary with open ends lies across the straight way between two points [m].
 
         What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
-        without ends everything is outside, see `beyond`.
+        without ends everything is outside.
         """
         walls = self.walls[self._index(part)]
         one, other = to_rows((one, other), 2, "one, other").tolist()

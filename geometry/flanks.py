@@ -16,7 +16,7 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.compiled import Array2, Out4, inner, kernel
-from geometry.contacts import APART, AT_X, keep, no_contacts, reach_out
+from geometry.contacts import APART, AT_X, keep, reach_out
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
 
@@ -27,26 +27,17 @@ END_RIGHT: Final = 3
 FLANKS: Final = 4
 
 
-def flank_contacts(
-    body: Body, poses: Array, *grids: ShapeGrid, within: float, outward: float = 0.0, sides: int = FLANKS
-) -> Array:
-    """Return the `Contacts.values` (n, pieces, sides, 5) of a body at `poses` (n, 3) with solid shapes.
-
-    Args:
-        within: what is farther away is left out [m]; outward: see geometry.contacts.
-        sides: FLANKS, or 1: all shapes are one side.
-    """
-    found = no_contacts(len(poses), body.pieces, sides)
-    for grid in grids:
-        solid_contacts(body, poses, grid, within, outward, found)
-    return found
-
-
 @kernel
 def solid_contacts(
     body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out4
 ) -> None:
-    """Put what is nearer into the contacts `found` (n, pieces, sides, 5), see `flank_contacts`."""
+    """Put what is nearer of solid shapes into the contacts `found` (n, pieces, sides, 5) of a body at `poses`
+    (n, 3).
+
+    Args:
+        within: what is farther away is left out [m]; outward: see geometry.contacts.
+        found: of FLANKS sides, or of others: then all shapes are the last one.
+    """
     if len(grid.owner) == 0:
         return
     shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
@@ -71,7 +62,7 @@ def solid_contacts(
                         continue
                     if witness[VALUE] > 0.0:
                         reach_out(piece, shape[:count], middle[0], outward, witness)
-                    side = _flank(witness, middle[1]) if sides == FLANKS else 0
+                    side = _flank(witness, middle[1]) if sides == FLANKS else sides - 1
                     known = found[n, j, side]
                     key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
                     if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):

@@ -1,7 +1,7 @@
 """What keeps a body where it may be, on one part of a route, and the questions that are asked of it.
 
 Corridors, areas and maps build a `FreeSpace`; rows of the QP, checks of plans and figures of rides ask it.
-Numbers are not checked here: `Corridor` does so for its users.
+Numbers are not checked here.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.contacts import CONTACT, line_contacts, no_contacts
-from geometry.flanks import FLANKS, flank_contacts
+from geometry.contacts import line_contacts, no_contacts
+from geometry.flanks import FLANKS, solid_contacts
 from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
 
@@ -24,7 +24,7 @@ class FreeSpace(NamedTuple):
         smooth: the lines with fewer segments, left and right, for half-planes.
         obstacles: each is an owner.
         behind: a point farther than this beyond the lines is on another way [m].
-        sides: number of sides of `contacts_in`; FLANKS in an area.
+        sides: number of sides of `contacts_in`.
     """
 
     boundary: ShapeGrid
@@ -35,22 +35,31 @@ class FreeSpace(NamedTuple):
 
 
 def contacts_in(space: FreeSpace, body: Body, poses: Array, within: float, outward: float) -> Array:
-    """Return contacts (n, pieces, sides, 5) of a body at `poses` (n, 3), see `Corridor.contacts`."""
+    """Return the contacts (n, pieces, sides, 5), see geometry.contacts, of a body at `poses` (n, 3).
+
+    Sides: 0 left, 1 right and, only if there are obstacles, 2 the nearest one. In an area these are the
+    flanks of the body, see geometry.flanks.
+
+    Args:
+        within: what is farther away is left out [m]. A piece so far beyond a boundary is left alone, too: it
+            is taken to be on another way, behind it.
+        outward: see geometry.contacts.
+    """
+    found = no_contacts(len(poses), body.pieces, space.sides)
     if space.sides == FLANKS:
-        grids = space.boundary, space.obstacles
-        return flank_contacts(body, poses, *grids, within=within, outward=outward)
-    pieces, owners = body.pieces, space.smooth.owners
-    slots = no_contacts(len(poses), pieces * owners)
-    line_contacts(body, poses, space.smooth, within, outward, slots)
-    found = slots.reshape(len(poses), pieces, owners, CONTACT)
-    if not space.obstacles.owners:
-        return found
-    nearest = flank_contacts(body, poses, space.obstacles, within=within, outward=outward, sides=1)
-    return np.concatenate((found, nearest), axis=2)
+        solid_contacts(body, poses, space.boundary, within, outward, found)
+    else:
+        line_contacts(body, poses, space.smooth, within, outward, found)
+    solid_contacts(body, poses, space.obstacles, within, outward, found)
+    return found
 
 
 def distances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> Array:
-    """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3), see `Corridor.signed_distances`."""
+    """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to the boundary and k obstacles.
+
+    Negative where they overlap: the least way out. +inf without anything nearer than `within` [m]. On the far
+    side of lines they are positive again, see `clearances_in`.
+    """
     apart = np.empty((len(poses), 1))
     signed_distances_to(space.boundary, body, poses, within, apart)
     if not space.obstacles.owners:
@@ -61,7 +70,10 @@ def distances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> A
 
 
 def clearances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> Array:
-    """Return the same, negative as well where the body's origin is beyond a boundary."""
+    """Return the same, negative as well where the body's origin is beyond a boundary.
+
+    Farther than `behind` beyond one with open ends it is on another way.
+    """
     apart = distances_in(space, body, poses, within)
     if space.sides != FLANKS:
         depths = np.zeros(len(poses))

@@ -96,7 +96,7 @@ class RtiMpcc:
     def _allocate(self) -> None:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
-        of_body = self._body.pieces, self._corridor.sides
+        of_body = self._body.pieces, self._space.sides
         self._pattern = build_pattern(config.stages, *of_body, free_end=config.arrival)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
@@ -113,7 +113,7 @@ class RtiMpcc:
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor, self._space = corridor, space_around(corridor, self.index)
-        if corridor.sides > self._pattern.corridor_rows.shape[2]:
+        if self._space.sides > self._pattern.corridor_rows.shape[2]:
             self._allocate()
 
     @validated(late=True)

@@ -57,7 +57,7 @@ def clearances(
     states: Array, corridor: Corridor, part: int, vehicle: Vehicle, within: float = np.inf
 ) -> Array:
     """Signed distances (n, 1 + obstacles) [m] of the bodies at `states` (n, >= 3) to what stands, see
-    `Corridor.signed_distances`; negative beyond a boundary as well."""
+    `distances_in`; negative beyond a boundary as well."""
     poses = np.ascontiguousarray(states[:, :POSE])
     return clearances_in(space_around(corridor, part), body_of(vehicle), poses, within)
 

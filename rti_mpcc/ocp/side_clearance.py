@@ -17,6 +17,8 @@ import numpy as np
 from geometry import Corridor, PathPart
 from geometry.compiled import Array4, Out1, inner, kernel
 from geometry.contacts import ACROSS, ALONG, APART
+from geometry.corridor import space_around
+from geometry.free_space import contacts_in
 from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import PLANNED_SHARE
@@ -127,7 +129,7 @@ def with_obstacles(
     if corridor.obstacles:
         at = part.reference(side_clearance.theta)
         poses = np.column_stack([at.x, at.y, at.phi])
-        apart = corridor.kept_out.signed_distances(POINT, poses, OBSTACLE_REACH)
+        apart = corridor.spaces[0].obstacles.signed_distances(POINT, poses, OBSTACLE_REACH)
         near = np.flatnonzero((apart < OBSTACLE_REACH).any(axis=1))
         beside = _side_clearance(part, corridor, index, side_clearance.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
@@ -147,8 +149,7 @@ def _side_clearance(
     most = config.clearance.least + REACTION_TIME * config.limits.speed
     within = 2.0 * max(most, config.clearance.wanted)
     body = body_of(config.vehicle, PIECES)
-    found = corridor.contacts(index, body, poses, within=within, outward=OUTWARD)
-    return _least_clearance(found.values)
+    return _least_clearance(contacts_in(space_around(corridor, index), body, poses, within, OUTWARD))
 
 
 def _speeds(theta: Array, side_clearance: Array, config: ControllerConfig) -> Array:

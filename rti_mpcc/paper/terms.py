@@ -17,6 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.compiled import Array2, Out1, Out2, Out3, kernel
+from geometry.contacts import ACROSS, ALONG, APART
+from geometry.corridor import space_around
+from geometry.free_space import contacts_in
 from geometry.shape_grid import POINT
 from rti_mpcc.model.layout import DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
@@ -62,10 +65,11 @@ def walls_of(plan: Linearised) -> SoftWalls:
     if not (weights.bound_distance.any() or weights.bound_speed.any()):
         return SoftWalls(np.full((len(plan.states), 2), np.inf), np.zeros((len(plan.states), 2, 2)))
     reach = max(DISTANCE_REACH, SPEED_REACH)
-    found = plan.corridor.contacts(plan.index, POINT, plan.states[:, :POSE], within=reach, outward=0.0)
-    normal = found.normal[:, 0, :2] * np.exp(1j * plan.local[:, PHI])[:, None]
+    poses, space = plan.states[:, :POSE].copy(), space_around(plan.corridor, plan.index)
+    found = contacts_in(space, POINT, poses, within=reach, outward=0.0)[:, 0, :2]
+    normal = (found[..., ALONG] + 1j * found[..., ACROSS]) * np.exp(1j * plan.local[:, PHI])[:, None]
     return SoftWalls(
-        distance=np.ascontiguousarray(found.apart[:, 0, :2]),
+        distance=np.ascontiguousarray(found[..., APART]),
         normal=normal.view(np.float64).reshape(*normal.shape, 2),
     )
 

@@ -14,6 +14,9 @@ import numpy as np
 import shapely
 
 from geometry import Area, Pose2
+from geometry.contacts import ACROSS, ALONG, APART, AT_X
+from geometry.corridor import space_around
+from geometry.free_space import contacts_in
 from rti_mpcc.model.footprint import PIECES, body_of, body_polygons
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.recording.moment import Moment
@@ -154,14 +157,12 @@ def _half_planes(moment: Moment, ride: Ride) -> list[list[int]]:
     if moment.corridor is None or not np.isfinite(moment.pose).all():
         return []
     body, part = body_of(ride.config.vehicle, PIECES), moment.command.diagnostics.part
-    contacts = moment.corridor.contacts(part, body, np.array(moment.pose[None]), within=NEAR, outward=0.0)
-    apart, normal = contacts.apart[0].ravel(), contacts.normal[0].ravel()
-    edge = contacts.at[0].ravel() - normal * np.where(np.isfinite(apart), apart, 0.0)
+    space = space_around(moment.corridor, part)
+    contacts = contacts_in(space, body, np.array(moment.pose[None]), within=NEAR, outward=0.0)[0]
+    apart, normal = contacts[..., APART].ravel(), contacts[..., ALONG : ACROSS + 1].reshape(-1, 2)
+    edge = contacts[..., AT_X:].reshape(-1, 2) - normal * np.where(np.isfinite(apart), apart, 0.0)[:, None]
     nearest = [k for k in np.argsort(apart)[:MOST_PLANES] if np.isfinite(apart[k])]
-    return [
-        [round(CM * value) for value in (edge[k].real, edge[k].imag, normal[k].real, normal[k].imag)]
-        for k in nearest
-    ]
+    return [[round(CM * float(value)) for value in (*edge[k], *normal[k])] for k in nearest]
 
 
 def _ellipse(moment: Moment, origin: Array) -> list[float | None] | None:

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Mask
-from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
-from geometry.flanks import flank_contacts
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, no_contacts
+from geometry.flanks import FLANKS, solid_contacts
 from rti_mpcc.qp.solver import DenseQp, solve_once
 from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, Traced, slopes_of, traced
 from rti_mpcc.route_planner.problem import CHECK, RouteProblem
@@ -200,7 +200,8 @@ class Smoothing:
         """Lack of margin (n,) [m], and how the variables (n, many) make up for it: at some of the poses, and
         at all where it is lacking, for a corner may be passed between those."""
         problem, margin, within = self._problem, self._margin, self._margin + _NEAR
-        contacts = flank_contacts(problem.body, at.poses[:-1], problem.grid, within=within)
+        contacts = no_contacts(len(at.poses) - 1, problem.body.pieces, FLANKS)
+        solid_contacts(problem.body, at.poses[:-1], problem.grid, within, 0.0, contacts)
         looked = self._looked_at(now, len(contacts))
         apart = contacts[..., APART]
         pose, piece, side = np.nonzero((apart < margin) | ((apart < within) & looked[:, None, None]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.measure_narrow import LANE_ROOM, VEHICLE, bay, before_a_wall, lanes
-from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.simulation import Scenario, simulate, summary
 
 
@@ -15,7 +15,7 @@ def room_at_the_goal(scenario: Scenario) -> float:
     path = scenario.build_path()
     corridor = scenario.build_corridor(path)
     pose = np.array([[path.end.x, path.end.y, path.end.phi]])
-    return float(corridor.signed_distances(len(path.parts) - 1, body_of(VEHICLE), pose).min())
+    return float(clearances(pose, corridor, len(path.parts) - 1, VEHICLE).min())
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from geometry.arrays import Array
-from geometry.contacts import Contacts
 from geometry.convex import WITNESS, distance_between
 from geometry.shape_grid import Body
+from tests.geometry.sides import Contacts
 
 FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
 REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import shapely
 
-from geometry import Corridor, InputError, Narrowing, Pose2, ReferencePath
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from geometry.arrays import Array
 from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, placed
+from tests.geometry.sides import contacts_of
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 BLOCKS = [
@@ -34,7 +35,7 @@ def things(corridor: Corridor = LANE) -> list[shapely.Geometry]:
 
 def test_the_distances_are_those_of_another_library() -> None:
     asked = poses(1)
-    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.0)
+    found = contacts_of(LANE, 0, BODY, asked, 5.0)
     assert found.apart.shape == (len(asked), 2, 3)
     compared = 0
     for n, pose in enumerate(asked):
@@ -55,7 +56,7 @@ def test_the_distances_are_those_of_another_library() -> None:
 
 def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_wall() -> None:
     asked = poses(2)
-    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.02)
+    found = contacts_of(LANE, 0, BODY, asked, 5.0, outward=0.02)
     near = np.isfinite(found.apart) & (found.apart > 0.0)
     np.testing.assert_allclose(np.abs(found.normal[near]), 1.0, atol=1e-12)
     for n, piece, side in np.argwhere(near):
@@ -68,13 +69,13 @@ def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_wall() -> N
 
 
 def test_the_half_plane_is_the_slope_of_the_distance() -> None:
-    check_slopes(lambda asked: LANE.contacts(0, BODY, asked, within=5.0, outward=0.0), poses(3))
+    check_slopes(lambda asked: contacts_of(LANE, 0, BODY, asked, 5.0), poses(3))
 
 
 def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
     for y, heading in ((2.5, 0.3), (3.5, 0.0), (4.2, 0.1)):
         pose = np.array([[20.0, y, heading]])
-        found = LANE.contacts(0, BODY, pose, within=2.0, outward=0.0)
+        found = contacts_of(LANE, 0, BODY, pose, 2.0)
         for piece, ring in enumerate((REAR, FRONT)):
             apart = found.apart[0, piece, 0]
             normal = found.normal[0, piece, 0] * np.exp(1j * heading)
@@ -92,7 +93,7 @@ def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
     asked = np.column_stack(
         [random.uniform(5.0, 12.0, 300), random.uniform(0.5, 2.0, 300), random.uniform(-0.5, 0.5, 300)]
     )
-    found, compared = narrowed.contacts(0, BODY, asked, within=2.0, outward=0.0), 0
+    found, compared = contacts_of(narrowed, 0, BODY, asked, 2.0), 0
     for n, pose in enumerate(asked):
         for piece, ring in enumerate((REAR, FRONT)):
             at = placed(ring, pose)
@@ -105,16 +106,3 @@ def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
                 assert normal == pytest.approx(witness[1] + 1j * witness[2], abs=1e-9)
                 compared += 1
     assert compared > 100
-
-
-@pytest.mark.parametrize(
-    ("part", "asked", "message"),
-    [
-        (1, np.zeros((1, 3)), "part = 1"),
-        (0, np.zeros((1, 2)), "poses has shape"),
-        (0, np.array([[0.0, np.nan, 0.0]]), "finite"),
-    ],
-)
-def test_bad_questions_are_refused(part: int, asked: Array, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        LANE.contacts(part, BODY, asked, within=1.0, outward=0.0)

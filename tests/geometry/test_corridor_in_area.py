@@ -11,6 +11,7 @@ import shapely
 from geometry import Area, Corridor, CorridorError
 from geometry.arrays import Array
 from tests.geometry.convex_shapes import BODY, CAR, placed
+from tests.geometry.sides import contacts_of, distances
 
 YARD = [(0.0, 0.0), (30.0, 0.0), (30.0, 12.0), (18.0, 12.0), (18.0, 20.0), (0.0, 20.0)]
 BLOCKS = [
@@ -36,7 +37,7 @@ def hall() -> Area:
 
 
 def contacts(corridor: Corridor, asked: Array, part: int = 0) -> Array:
-    return corridor.contacts(part, BODY, asked, within=3.0, outward=0.02).values
+    return contacts_of(corridor, part, BODY, asked, 3.0, 0.02).values
 
 
 def test_it_has_no_boundaries_along_a_route() -> None:
@@ -44,12 +45,11 @@ def test_it_has_no_boundaries_along_a_route() -> None:
     assert corridor.lines(3) == ((), ())
     assert corridor.narrowest() == (inf, 0.0)
     assert not corridor.cut_off(0, (5.0, 5.0), (25.0, 18.0))
-    assert not corridor.beyond(0, np.array([[-9.0, -9.0], [7.0, 4.0]])).any()
 
 
 def test_distances_are_to_the_area_and_to_each_obstacle_told() -> None:
     corridor, asked = Corridor.in_area(AREA).with_obstacles([POST, CART]), poses(3)
-    found = corridor.signed_distances(0, BODY, asked)
+    found = distances(corridor, 0, BODY, asked)
     assert found.shape == (len(asked), 3)
     np.testing.assert_array_equal(found[:, 0], AREA.signed_distances(BODY, asked))
     for n, pose in enumerate(asked):
@@ -98,9 +98,7 @@ def test_built_again_from_its_lines_it_is_the_same_to_the_bit(made: str, away: f
     again = Corridor.in_area(built).with_obstacles(corridor.obstacles)
     asked = poses(10) + np.array([away, away, 0.0]) * (made != "map")
     np.testing.assert_array_equal(contacts(again, asked), contacts(corridor, asked))
-    np.testing.assert_array_equal(
-        again.signed_distances(0, BODY, asked), corridor.signed_distances(0, BODY, asked)
-    )
+    np.testing.assert_array_equal(distances(again, 0, BODY, asked), distances(corridor, 0, BODY, asked))
 
 
 # -- bad questions -------------------------------------------------------------------------------------------

@@ -9,10 +9,11 @@ import pytest
 import shapely
 
 from geometry.arrays import Array
-from geometry.contacts import ACROSS, AT_Y, Contacts
-from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, flank_contacts
+from geometry.contacts import ACROSS, AT_Y, no_contacts
+from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, solid_contacts
 from geometry.shape_grid import Body, ShapeGrid
 from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, drawn, placed
+from tests.geometry.sides import Contacts
 
 PIECES = (REAR, FRONT)
 WITHIN = 5.0
@@ -34,16 +35,14 @@ def poses(seed: int, count: int = 120) -> Array:
     return np.column_stack([random.uniform(-12.0, 12.0, (count, 2)), random.uniform(-4.0, 4.0, count)])
 
 
-def grid_of(shapes: list[Array]) -> ShapeGrid:
-    return ShapeGrid.of_shapes(shapes, np.zeros(len(shapes)), 1)
-
-
 def flanks(
     asked: Array, *lots: list[Array], within: float = WITHIN, outward: float = 0.0, body: Body = BODY
 ) -> Contacts:
     """Of poses (n, 3), with some lots of shapes."""
-    grids = tuple(grid_of(shapes) for shapes in lots)
-    return Contacts(values=flank_contacts(body, asked, *grids, within=within, outward=outward))
+    found = no_contacts(len(asked), body.pieces, FLANKS)
+    for shapes in lots:
+        solid_contacts(body, asked, ShapeGrid.of_shapes(shapes), within, outward, found)
+    return Contacts(found)
 
 
 def flank_towards(angle: float, across: float) -> int:

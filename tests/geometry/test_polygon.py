@@ -6,7 +6,7 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from geometry.outline import outline_at
 from geometry.shape_grid import Body
-from tests.geometry.sides import sides_of
+from tests.geometry.sides import distances, sides_of
 
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
 BOX = [(0.0, -3.0), (20.0, -3.0), (20.0, 2.0), (0.0, 2.0)]
@@ -24,16 +24,8 @@ def test_a_box_is_split_where_the_tangents_meet_its_caps() -> None:
 
 def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
     outline = [
-        (0, -2),
-        (9.13, -2),
-        (9.135, -1.2),
-        (9.14, -2),
-        (20, -2),
-        (20, 2),
-        (9.14, 2),
-        (9.135, 1.1),
-        (9.13, 2),
-        (0, 2),
+        *[(0, -2), (9.13, -2), (9.135, -1.2), (9.14, -2), (20, -2)],
+        *[(20, 2), (9.14, 2), (9.135, 1.1), (9.13, 2), (0, 2)],
     ]
     width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest()
     np.testing.assert_allclose((width, theta), (2.3, 7.135))
@@ -43,9 +35,11 @@ def test_outline_is_closed_to_bodies() -> None:
     corridor = Corridor.from_polygon(STRAIGHT, BOX)
     body = Body.of([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
     places = np.array([(2.0, 0.0), (0.5, 0.0), (17.5, 0.0), (8.0, 1.5), (-8.0, 0.0), (30.0, 0.0)])
-    apart = corridor.signed_distances(0, body, np.column_stack([places, np.zeros(6)]))[:, 0]
+    apart = distances(corridor, 0, body, np.column_stack([places, np.zeros(6)]))[:, 0]
     np.testing.assert_allclose(apart[:4], [1.0, -0.5, -0.5, -0.5], atol=1e-9)
-    np.testing.assert_allclose(corridor.beyond(0, places), [0.0, 0.0, 0.0, 0.0, 8.0, 10.0], atol=1e-9)
+    np.testing.assert_allclose(
+        corridor.walls[0].grid.beyond(places), [0.0, 0.0, 0.0, 0.0, 8.0, 10.0], atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("frame", [Pose2(3.0, -2.0, 0.7), Pose2(-40.0, 12.0, -3.0), Pose2(0.0, 0.0, 9.0)])

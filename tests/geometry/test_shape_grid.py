@@ -74,6 +74,8 @@ def test_behind_an_open_boundary_it_is_another_way() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
     corridor = Corridor.from_offsets(path, left=3.0, right=-3.0)
     points = np.array([[20.0, 0.0], [20.0, 4.0], [20.0, -4.5], [20.0, 3.0 + BEHIND + 0.1]])
-    np.testing.assert_allclose(corridor.beyond(0, points), [0.0, 1.0, 1.5, 0.0])
+    lane = corridor.spaces[0]
+    np.testing.assert_allclose(lane.boundary.beyond(points, lane.behind), [0.0, 1.0, 1.5, 0.0])
     inside = Corridor.from_polygon(path, [(-9.0, -3.0), (60.0, -3.0), (60.0, 3.0), (-9.0, 3.0)])
-    np.testing.assert_allclose(inside.beyond(0, points), [0.0, 1.0, 1.5, BEHIND + 0.1])
+    hall = inside.spaces[0]
+    np.testing.assert_allclose(hall.boundary.beyond(points, hall.behind), [0.0, 1.0, 1.5, BEHIND + 0.1])

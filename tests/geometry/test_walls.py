@@ -15,7 +15,7 @@ from geometry import Corridor, Narrowing, PartLines, Pose2, ReferencePath
 from geometry.arrays import Array
 from geometry.shape_grid import Body
 from geometry.walls import FINE, SMOOTH, simplified
-from tests.geometry.sides import sides_of
+from tests.geometry.sides import distances, sides_of
 
 BODY = np.array([[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]])
 LONG = ReferencePath.from_segments(
@@ -71,7 +71,7 @@ def test_bodies_far_and_near_against_all_lines() -> None:
     poses[:, :2] += random.uniform(-12.0, 12.0, (200, 2))
     for some in (poses, poses[:1], poses[:0], poses + np.array([300.0, 300.0, 0.0])):
         exact = shapely.distance(shapely.polygons(some[:, None, :2] + BODY), every)
-        found = corridor.signed_distances(0, Body.of(BODY), some)[:, 0]
+        found = distances(corridor, 0, Body.of(BODY), some)[:, 0]
         free = found > FINE
         np.testing.assert_allclose(found[free], exact[free], atol=FINE)
         assert not free[exact <= 0.0].any()
@@ -79,11 +79,11 @@ def test_bodies_far_and_near_against_all_lines() -> None:
 
 def test_walls_that_were_measured_against_can_still_be_pickled() -> None:
     corridor = Corridor.from_offsets(LONG, left=5.0, right=-5.0)
-    before = corridor.signed_distances(0, Body.of(BODY), np.zeros((1, 3)))
+    before = distances(corridor, 0, Body.of(BODY), np.zeros((1, 3)))
     again, body = pickle.loads(pickle.dumps((corridor, Body.of(BODY))))
-    np.testing.assert_array_equal(again.signed_distances(0, body, np.zeros((1, 3))), before)
+    np.testing.assert_array_equal(distances(again, 0, body, np.zeros((1, 3))), before)
     again, body = copy.deepcopy((corridor, body))
-    np.testing.assert_array_equal(again.signed_distances(0, body, np.zeros((1, 3))), before)
+    np.testing.assert_array_equal(distances(again, 0, body, np.zeros((1, 3))), before)
 
 
 BOX = [(-4.0, -20.0), (25.0, -20.0), (25.0, 12.0), (-4.0, 12.0)]
@@ -140,5 +140,5 @@ def test_half_planes_and_clearances_are_the_same(corridor: Corridor) -> None:
         np.testing.assert_array_equal(before.distance, after.distance)
         np.testing.assert_array_equal(before.normal, after.normal)
         np.testing.assert_array_equal(
-            corridor.signed_distances(part, body, poses), again.signed_distances(part, body, poses)
+            distances(corridor, part, body, poses), distances(again, part, body, poses)
         )

@@ -44,7 +44,6 @@ MADE_BY_US = frozenset(
     [
         "CharucoDetection",
         "Command",
-        "Contacts",
         "Diagnostics",
         "GoalPrior",
         "DisturbanceEstimate",
@@ -146,13 +145,6 @@ DOORS: dict[str, Door] = {
     ),
     "Corridor.in_area": door(Corridor.in_area, area=AREA),
     "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
-    "Corridor.signed_distances": door(
-        CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
-    ),
-    "Corridor.contacts": door(
-        CORRIDOR.contacts, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0, outward=1.0
-    ),
-    "Corridor.beyond": door(CORRIDOR.beyond, part=0, points=np.array(POINTS)),
     "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
     "Corridor.lines": door(CORRIDOR.lines, part=0),
     "Corridor": door(Corridor, walls=CORRIDOR.walls, obstacles=CORRIDOR.obstacles, area=None),

@@ -15,6 +15,7 @@ from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferenceP
 from geometry.shape_grid import Body
 from rti_mpcc import DockingController, VehicleState
 from rti_mpcc.types import Array, Status
+from tests.geometry.sides import distances as of_bodies
 from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, YARD, Driver, block
 
@@ -87,7 +88,7 @@ def test_distances_are_those_of_shapely() -> None:
         apart = body.distance(thing)
         assert found == pytest.approx(apart, abs=1e-9) if apart > 0.0 else found <= 0.0
         corridor = Corridor.from_offsets(PATH, left=90.0, right=-90.0, obstacles=[corners])
-        assert corridor.signed_distances(0, CAR, pose[None])[0, 1] == pytest.approx(found, abs=1e-9)
+        assert of_bodies(corridor, 0, CAR, pose[None])[0, 1] == pytest.approx(found, abs=1e-9)
 
 
 def _turned(angle: float) -> Array:

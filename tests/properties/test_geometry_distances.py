@@ -23,6 +23,7 @@ from geometry.convex import (
 )
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import between
+from tests.geometry.sides import contacts_of, distances
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 
@@ -130,7 +131,7 @@ def test_a_body_is_as_far_from_an_obstacle_however_often_its_corners_are_told(
     body = Body.of(box(0.6, 0.4, 0.0, 0.0, 0.0))
     poses = np.array([(x, y, phi)])
     apart = float(Area(obstacles=[ring]).signed_distances(body, poses)[0])
-    in_corridor = Corridor.in_area(Area()).with_obstacles([ring]).signed_distances(0, body, poses).min()
+    in_corridor = distances(Corridor.in_area(Area()).with_obstacles([ring]), 0, body, poses).min()
     truth = float(shapely.distance(shapely.Polygon(box(0.6, 0.4, x, y, phi)), shapely.Polygon(ring)))
     assert max(apart, 0.0) == pytest.approx(truth, abs=1e-9)
     assert max(float(in_corridor), 0.0) == pytest.approx(truth, abs=1e-9)
@@ -155,7 +156,7 @@ def test_half_planes_beside_a_body_have_normals_of_length_1_and_turn_no_faster_t
         Corridor.in_area(Area(obstacles=[wall])),
         Corridor.from_offsets(path, left=9.0, right=beside),
     ):
-        found = corridor.contacts(0, body, np.array([(x, 0.0, phi)]), within=2.0, outward=0.02)
+        found = contacts_of(corridor, 0, body, np.array([(x, 0.0, phi)]), 2.0, 0.02)
         near = np.isfinite(found.apart)
         assert np.abs(found.normal[near]) == pytest.approx(np.ones(near.sum()), abs=1e-5)
         assert (np.abs((found.at.conj() * found.normal).imag[near]) <= reach + 1e-6).all()

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, PathPart, PathReference, lift
-from geometry.contacts import Contacts
 from geometry.shape_grid import POINT
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
@@ -52,6 +51,7 @@ from rti_mpcc.qp.solution import QpSolution
 from rti_mpcc.qp.solver import QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
+from tests.geometry.sides import Contacts, contacts_of
 
 TIGHT = SolverSettings(tolerance=1e-7)
 """By which nearly all QPs are the interior point's."""
@@ -91,7 +91,7 @@ class FrozenPlanes:
         place = (states[:, X] + 1j * states[:, Y])[:, None, None] + point * turn
         apart = np.where(np.abs(normal) > 0.0, _dot(normal, place) - self.offset, np.inf)
         seen = normal / turn
-        return Contacts(values=np.stack((apart, seen.real, seen.imag, point.real, point.imag), axis=-1))
+        return Contacts(np.stack((apart, seen.real, seen.imag, point.real, point.imag), axis=-1))
 
 
 def _dot(one: Complex, other: Complex) -> Array:
@@ -368,11 +368,11 @@ def _freeze(
     world = linear.trajectory.states
     if linear.rows is not None:
         body, within = body_of(config.vehicle, PIECES), config.clearance.wanted + NEAR
-        near = corridor.contacts(mpcc.index, body, world[1:, :POSE], within=within, outward=OUTWARD)
+        near = contacts_of(corridor, mpcc.index, body, world[1:, :POSE], within, OUTWARD)
         planes = FrozenPlanes.of(near, linear.stages.states[1:])
     weights = linear.weights
     if isinstance(weights, PaperWeights) and weights.bound_distance.any():
-        near = corridor.contacts(mpcc.index, POINT, world[:, :POSE], within=SPEED_REACH, outward=0.0)
+        near = contacts_of(corridor, mpcc.index, POINT, world[:, :POSE], SPEED_REACH)
         walls = FrozenPlanes.of(near, linear.stages.states)
     return FrozenProblem(
         name=name,

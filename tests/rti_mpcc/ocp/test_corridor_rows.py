@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from geometry.contacts import Contacts
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.footprint import body_of
@@ -25,6 +24,7 @@ from rti_mpcc.ocp.corridor_rows import (
     relaxed_bounds,
 )
 from rti_mpcc.types import Array
+from tests.geometry.sides import Contacts, contacts_of
 from tests.rti_mpcc.differences import slopes
 from tests.rti_mpcc.frozen import FrozenPlanes
 
@@ -53,8 +53,8 @@ def states() -> Array:
     return out
 
 
-def contacts_of(corridor: Corridor, states: Array, near: float = 1e3) -> Contacts:
-    return corridor.contacts(0, BODY, states[:, :POSE], within=MARGIN + near, outward=0.0)
+def contacts_at(corridor: Corridor, states: Array, near: float = 1e3) -> Contacts:
+    return contacts_of(corridor, 0, BODY, states[:, :POSE], MARGIN + near)
 
 
 def rows_about(states: Array, contacts: Contacts, near: float = 1e3) -> CorridorRows:
@@ -69,7 +69,7 @@ def gap(states: Array, about: Array, contacts: Contacts) -> Array:
 
 
 def test_rows_are_the_half_planes_and_their_slopes(corridor: Corridor, states: Array) -> None:
-    contacts = contacts_of(corridor, states)
+    contacts = contacts_at(corridor, states)
     rows = rows_about(states, contacts)
     assert rows.slopes.shape == (12, PIECES, 3, 3)
     np.testing.assert_allclose(-rows.lower, contacts.apart - MARGIN, atol=1e-12)
@@ -88,19 +88,19 @@ def test_the_margin_is_the_same_all_round_the_body(turned: float) -> None:
     corridor = Corridor.from_offsets(path, left=90.0, right=-90.0, obstacles=[block])
     for room, lacks in ((MARGIN + 1e-6, False), (MARGIN - 1e-6, True)):
         states = np.array([[wall - leading - room, 0.0, turned, 0.0, 0.0, 0.0]])
-        assert (rows_about(states, contacts_of(corridor, states)).lower.max() > 0.0) == lacks
+        assert (rows_about(states, contacts_at(corridor, states)).lower.max() > 0.0) == lacks
 
 
 def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, contacts_of(corridor, states), near=0.5)
-    far = contacts_of(corridor, states).apart > MARGIN + 0.5
+    rows = rows_about(states, contacts_at(corridor, states), near=0.5)
+    far = contacts_at(corridor, states).apart > MARGIN + 0.5
     assert far.any()
     assert not far.all()
     np.testing.assert_array_equal(rows.slopes.any(axis=-1), ~far)
     assert (rows.lower[far] < -10.0).all()
     assert np.isfinite(rows.lower).all()
     away = states + 1e4 * np.eye(6)[0]
-    none = contacts_of(corridor, away, near=0.5)
+    none = contacts_at(corridor, away, near=0.5)
     assert corridor_rows(away[:, PHI].copy(), none.values, MARGIN, near=0.5) is None
 
 
@@ -110,7 +110,7 @@ def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> N
     for room, kept in ((0.5, MARGIN), (0.11, 0.11 - STRIP), (0.06, 0.05), (0.055, 0.055 - THIN)):
         corridor = Corridor.from_offsets(path, left=half + room, right=-half - room)
         states = np.array([[10.0, 0.02, 0.0, 0.0, 0.0, 0.0]])
-        contacts = contacts_of(corridor, states)
+        contacts = contacts_at(corridor, states)
         rows = corridor_rows(np.zeros(1), contacts.values, MARGIN, 0.05)
         assert rows is not None
         np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], kept, atol=1e-12)
@@ -124,7 +124,7 @@ def test_between_walls_that_do_not_face_each_other_the_margin_is_kept() -> None:
     block = [(ahead, -9.0), (ahead + 1.0, -9.0), (ahead + 1.0, 1.0), (ahead, 1.0)]
     corridor = Corridor.from_offsets(path, left=0.5 * vehicle.width + near, right=-90.0, obstacles=[block])
     states = np.array([[10.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    contacts = contacts_of(corridor, states)
+    contacts = contacts_at(corridor, states)
     rows = corridor_rows(np.zeros(1), contacts.values, MARGIN, 0.05)
     assert rows is not None
     for piece, side in ((0, 0), (PIECES - 1, 2)):
@@ -163,7 +163,7 @@ def relieved(
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
+    rows = rows_about(states, contacts_at(corridor, states))
     elapsed = np.full(len(states), 1e-9)
     aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one piece
     short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
@@ -190,7 +190,7 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
 def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
+    rows = rows_about(states, contacts_at(corridor, states))
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
@@ -229,7 +229,7 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
 
 
 def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, contacts_of(corridor, states))
+    rows = rows_about(states, contacts_at(corridor, states))
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 0, 1] = 0.02  # the leading piece lacks that
     short = CorridorRows(np.zeros_like(rows.slopes), lower)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from geometry.contacts import Contacts
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.footprint import PIECES, body_of
@@ -14,6 +13,7 @@ from rti_mpcc.model.layout import DELTA, PHI, POSE, V
 from rti_mpcc.ocp.horizon import PlanArrays, states_at
 from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.types import Trajectory
+from tests.geometry.sides import Contacts, contacts_of
 
 VEHICLE, MARGIN = Vehicle(), 0.1
 BODY = body_of(VEHICLE, PIECES)
@@ -56,7 +56,7 @@ def beside_a_corner() -> Corridor:
 def contacts_along(corridor: Corridor, plan: Trajectory) -> Contacts:
     """At its stages, or on the way there."""
     motion = PlanArrays(plan.times, plan.states, plan.controls)
-    return Contacts(values=stage_contacts(corridor.spaces[0], BODY, motion, MARGIN, VEHICLE.wheelbase))
+    return Contacts(stage_contacts(corridor.spaces[0], BODY, motion, MARGIN, VEHICLE.wheelbase))
 
 
 def nearest(plan: Trajectory) -> float:
@@ -68,7 +68,7 @@ def nearest(plan: Trajectory) -> float:
 def test_what_a_corner_comes_to_between_stages_is_known(late: float) -> None:
     plan = turning(late)
     fine = states_at(plan, np.linspace(0.0, plan.times[-1], 2001), VEHICLE.wheelbase)[:, :POSE]
-    least = beside_a_corner().contacts(0, BODY, fine, within=1.1, outward=0.0).apart[..., 2].min()
+    least = contacts_of(beside_a_corner(), 0, BODY, fine, 1.1).apart[..., 2].min()
     assert least == pytest.approx(0.08, abs=0.002)
     assert nearest(plan) == pytest.approx(least, abs=0.01)
 
@@ -95,6 +95,6 @@ def test_beside_walls_without_corners_nothing_is_looked_at_twice() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
     corridor, plan = Corridor.from_offsets(path, left=6.0, right=-1.2), turning(0.2)
     found = contacts_along(corridor, plan)
-    plain = corridor.contacts(0, BODY, plan.states[1:, :POSE], within=1.1, outward=0.02)
+    plain = contacts_of(corridor, 0, BODY, plan.states[1:, :POSE], 1.1, 0.02)
     assert np.isfinite(plain.apart).any()
     np.testing.assert_array_equal(found.values, plain.values)

@@ -16,6 +16,7 @@ from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights
 from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, COMFORT_EASE, QuadraticCost, add_goal, quadratic_cost
 from rti_mpcc.paper.terms import PaperWeights, SoftWalls, WeightSlopes, add_paper_terms, add_weight_slopes
 from rti_mpcc.types import Array
+from tests.geometry.sides import contacts_of
 from tests.rti_mpcc.differences import slopes
 
 N, WHEELBASE, WHEELS = 8, 2.875, 0.3
@@ -40,6 +41,7 @@ NOTHING = PaperWeights(
     slack=0.0,
     scale=1.0,
 )
+
 RANDOM = np.random.default_rng(11)
 W, U = RANDOM.uniform(0.5, 3.0, N + 1), RANDOM.uniform(0.5, 3.0, N)
 TERMS = {
@@ -102,7 +104,7 @@ class Setting:
         self.controls = random.uniform(-1.0, 1.0, (N, CONTROLS))
         corridor = Corridor.from_offsets(path, left=2.2, right=-2.4)
         poses = np.column_stack([self.states[:, :2], np.zeros(N + 1)])
-        near = corridor.contacts(0, POINT, poses, within=9.0, outward=0.0)
+        near = contacts_of(corridor, 0, POINT, poses, 9.0)
         normal = near.values[:, 0, :, ALONG : ACROSS + 1].copy()
         self.walls = SoftWalls(distance=near.apart[:, 0].copy(), normal=normal)
         self.points = self.states[:, None, :2] - self.walls.distance[..., None] * normal

@@ -23,6 +23,7 @@ from rti_mpcc.paper import with_method
 from rti_mpcc.recording import Header, Machine, Recorder, read_recording
 from rti_mpcc.recording.contents import Driver, core_of
 from rti_mpcc.types import Source, Status, VehicleState
+from tests.geometry.sides import contacts_of
 from tests.rti_mpcc.recording.recordings import (
     DETECTED,
     EVENTFUL,
@@ -37,6 +38,7 @@ from tests.rti_mpcc.recording.recordings import (
 ROUTE = ReferencePath.from_segments(
     Pose2(0.1, 0.2, pi / 3), [(1, 0.05, 8.0), (-1, -0.2, 10.0), (-1, 0.1, 7.0)]
 )
+
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
 WIDE = Corridor.from_offsets(ROUTE, left=3.0, right=-3.0)
 OBSTACLES: list[Any] = [[(30.0, 30.0), (31.0, 30.0), (31.5, 31.0)], box(40.0, 0.0)]
@@ -115,7 +117,7 @@ def test_corridor(path: ReferencePath, corridor: Corridor, tmp_path: Path) -> No
     poses = np.random.default_rng(0).uniform(-5.0, 25.0, (200, 3))
     for part in range(len(path.parts)):
         one, two = (
-            each.contacts(part, body_of(Vehicle(), 2), poses, within=5.0, outward=0.02).values
+            contacts_of(each, part, body_of(Vehicle(), 2), poses, 5.0, 0.02).values
             for each in (corridor, again)
         )
         assert one.tobytes() == two.tobytes()
