@@ -28,13 +28,12 @@ from geometry.outline import (
 )
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.shape_grid import POINT, Body, ShapeGrid
+from geometry.shape_grid import Body, ShapeGrid
 from geometry.validation import Validated, to_rows, validate, validated
 from geometry.walls import BEHIND, PartLines
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _WIDEST = 1e6  # [m] that an offset may be
-_LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
 @cache
@@ -205,19 +204,10 @@ def _walls(
     i = int(np.argmin(width))
     narrowest = float(width[i]), float(sections.breaks[i])
     walls = PartLines(left=left_lines, right=right_lines, joined=False, narrowest=narrowest)
-    if _crosses(walls, part):
+    lines = shapely.MultiLineString([line for line in walls.both if len(line) > 1])
+    if shapely.intersects(lines, path_line(part, _CHECKED)):
         raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
     return walls
-
-
-def _crosses(walls: PartLines, part: PathPart) -> bool:
-    """Whether a boundary crosses the path; most come to none of some places within the way between these."""
-    at = part.reference(part.places(_LOOKED))
-    places = np.column_stack([at.x, at.y, at.phi])
-    if np.isinf(walls.grid.signed_distances(POINT, places, _LOOKED)).all():
-        return False
-    lines = [line for line in walls.both if len(line) > 1]
-    return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
 
 
 def space_around(corridor: Corridor, part: int) -> FreeSpace:

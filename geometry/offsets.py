@@ -69,11 +69,13 @@ class Sections(NamedTuple):
 
 
 class _Raw(NamedTuple):
-    """An untrimmed boundary of k points beside a part of a path, `folded` where it runs backwards."""
+    """An untrimmed boundary of k points beside a part of a path, `folded` where it runs backwards; `samples`:
+    (n,) theta of points of the path, in the tree."""
 
     part: PathPart
     sections: Sections
-    distance: _PathDistance
+    samples: Array
+    tree: cKDTree
     theta: Array
     offset: Array
     folded: Mask
@@ -83,6 +85,25 @@ class _Raw(NamedTuple):
 
     def point(self, i: int) -> complex:
         return complex(self.points(i, i + 1)[0])
+
+    def from_path(self, points: Complex) -> tuple[Array, Array, Array]:
+        """Return distance from the path [m], theta [m] and lateral deviation [m] of points, (n,) each.
+
+        From the samples, refined on the arcs.
+        """
+        part, theta = self.part, self.samples[self.tree.query(as_pairs(points))[1]]
+        for last in (False, False, True):
+            at = part.reference(theta)
+            dx, dy = points.real - at.x, points.imag - at.y
+            c, s = np.cos(at.phi), np.sin(at.phi)
+            lag, lateral = c * dx + s * dy, c * dy - s * dx
+            if last:
+                break
+            # Newton's step; where the point is near a centre of curvature, any theta there is as near.
+            pace = np.maximum(1.0 - lateral * part.direction * at.slope, 0.1)
+            step = np.clip(part.direction * lag / pace, -SPACING, SPACING)
+            theta = np.clip(theta + step, part.start, part.end)
+        return np.hypot(lag, lateral), theta, lateral
 
 
 def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
@@ -129,8 +150,10 @@ def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
         thetas.append(ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1))
         offsets.append(np.full(piece.size, values[i]))
         folded.append(stretch[piece] < -1e-9)
-    samples = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
-    return _Raw(part, sections, _PathDistance(part), *samples)
+    along = part.places(SPACING)
+    tree = cKDTree(as_pairs(_points(part, along, np.zeros(along.size))), leafsize=32)
+    boundary = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
+    return _Raw(part, sections, along, tree, *boundary)
 
 
 def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
@@ -138,38 +161,12 @@ def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
     return as_complex(np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)]))
 
 
-class _PathDistance:
-    """Distance to a part of a path, from its samples, refined on the arcs."""
-
-    def __init__(self, part: PathPart) -> None:
-        self._part = part
-        self._theta = part.places(SPACING)
-        samples = _points(part, self._theta, np.zeros(self._theta.size))
-        self._tree = cKDTree(as_pairs(samples), leafsize=32)
-
-    def __call__(self, points: Complex) -> tuple[Array, Array, Array]:
-        """Return distance [m], theta [m] and lateral deviation [m], (n,) each."""
-        theta = self._theta[self._tree.query(as_pairs(points))[1]]
-        for last in (False, False, True):
-            at = self._part.reference(theta)
-            dx, dy = points.real - at.x, points.imag - at.y
-            c, s = np.cos(at.phi), np.sin(at.phi)
-            lag, lateral = c * dx + s * dy, c * dy - s * dx
-            if last:
-                break
-            # Newton's step; where the point is near a centre of curvature, any theta there is as near.
-            pace = np.maximum(1.0 - lateral * self._part.direction * at.slope, 0.1)
-            step = np.clip(self._part.direction * lag / pace, -SPACING, SPACING)
-            theta = np.clip(theta + step, self._part.start, self._part.end)
-        return np.hypot(lag, lateral), theta, lateral
-
-
 def _is_inside(raw: _Raw, theta: Array, offset: Array) -> Mask:
     """Equation (1)."""
     found = [np.zeros(0, dtype=np.bool_)]
     for i in range(0, theta.size, _AT_A_TIME):
         at, off = theta[i : i + _AT_A_TIME], offset[i : i + _AT_A_TIME]
-        d, to, lateral = raw.distance(_points(raw.part, at, off + np.copysign(_PROBE, off)))
+        d, to, lateral = raw.from_path(_points(raw.part, at, off + np.copysign(_PROBE, off)))
         found.append((d < np.abs(off) - 1e-9) & (d < raw.sections.bound(to, lateral)))
     return np.concatenate(found)
 
@@ -235,7 +232,7 @@ def _is_closed(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bo
     if abs(way) <= _GAP:
         return True
     n = int(steps(abs(way), SPACING, "a gap in a boundary", CorridorError)[0]) + 1
-    d, _, _ = raw.distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
+    d, _, _ = raw.from_path(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())
 

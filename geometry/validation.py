@@ -10,7 +10,6 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import fields, is_dataclass
 from functools import cache, partial, wraps
 from inspect import Parameter, signature
 from math import inf
@@ -47,7 +46,7 @@ class Validated:
         if error is not None:  # a dataclass with slots is made twice, the second time without it
             cls._error = error
         kept: Any = cls
-        _PENDING.append(partial(_turns_of_fields, kept))
+        _PENDING.append(partial(_turns, kept))
 
     def __post_init__(self) -> None:
         validate(self)
@@ -105,7 +104,7 @@ def validated(
 def validate(given: Validated) -> None:
     """Turn the fields of a `Validated` dataclass into what their annotations say; for its `__post_init__`."""
     kind: Any = type(given)
-    for name, turn in _turns_of_fields(kind):
+    for name, turn in _turns(kind)[1].items():
         value = getattr(given, name)
         turned = _turn(turn, value, f"{kind.__name__}.{name}", kind._error)
         if turned is not value:
@@ -164,19 +163,11 @@ def _turn(turn: Turn | None, value: Any, where: str, error: type[InputError]) ->
 
 @cache
 def _turns(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str, Turn]]:
-    """Names of the positional parameters of a function, and of all parameters what turns their arguments."""
-    hints = typing.get_type_hints(function)
-    parameters = signature(function).parameters.values()
-    positional = tuple(each.name for each in parameters if each.kind is not Parameter.KEYWORD_ONLY)
-    return positional, {name: _turn_to(hint) for name, hint in hints.items() if name != "return"}
-
-
-@cache
-def _turns_of_fields(cls: Any) -> tuple[tuple[str, Turn], ...]:
-    if not is_dataclass(cls):  # one that another with slots has taken the place of
-        return ()
-    hints = typing.get_type_hints(cls)
-    return tuple((each.name, _turn_to(hints[each.name])) for each in fields(cls) if each.init)
+    """Names of the positional parameters of a function, or of a dataclass, and of all parameters what turns
+    their arguments."""
+    hints, parameters = typing.get_type_hints(function), signature(function).parameters
+    positional = tuple(each.name for each in parameters.values() if each.kind is not Parameter.KEYWORD_ONLY)
+    return positional, {name: _turn_to(hints[name]) for name in parameters if name in hints}
 
 
 def _turn_to(hint: Any) -> Turn:
