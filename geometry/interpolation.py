@@ -5,21 +5,19 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.angles import wrap
-from geometry.arrays import Array, Mask
+from geometry.arrays import Array, Index, Mask
 from geometry.errors import PathError
 from geometry.sampling import number_steps, steps
 
-Directions = NDArray[np.int64]
 _SAME_POINT = 1e-6  # [m]
 _SAME_HEADING = 1e-3  # [rad] two rows of one cusp
 _SPACING = 0.25  # [m] between the samples of a spline
 _STRAIGHT = 1e-9  # [rad] chords that turn by less on both sides of a point do not turn there
 
 
-def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Array]:
+def biarcs(poses: Array, directions: Index) -> tuple[Index, Array, Array]:
     """Return two arcs for each interval between poses (n, 3), which meet with a common tangent: directions,
     curvatures [1/m] and lengths [m] (2 n - 2,).
 
@@ -52,7 +50,7 @@ def biarcs(poses: Array, directions: Directions) -> tuple[Directions, Array, Arr
     return np.repeat(directions, 2), curvatures.ravel(), (chords / np.sinc(a / np.pi)).ravel()
 
 
-def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directions]:
+def pose_intervals(poses: Array, directions: Index) -> tuple[Array, Index]:
     """Return poses (k, 3) without doubled cusp rows and the directions (k-1,) of the intervals between them.
 
     Raises PathError for repeated points, or a cusp whose two rows differ in heading.
@@ -68,7 +66,7 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
     return _without_doubled(poses, intervals, doubled, "poses")
 
 
-def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
+def spline_poses(points: Array, directions: Index) -> tuple[Array, Index]:
     """Return poses (k, 3) on a chord-length Akima spline per direction, and the directions between them.
 
     At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends. Raises
@@ -91,7 +89,7 @@ def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directio
     return np.concatenate([rows[0], *(each[1:] for each in rows[1:])]), np.concatenate(kinds)
 
 
-def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Directions]:
+def _point_intervals(points: Array, directions: Index) -> tuple[Array, Index]:
     """As `pose_intervals`, for points: the cusp is the row at which the way turns back more sharply."""
     v, (before, after) = np.diff(points, axis=0), _around(points, directions)
     doubled = _doubled(v, before, after)
@@ -101,12 +99,12 @@ def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Dire
     return _without_doubled(points, intervals, doubled, "points")
 
 
-def _around(rows: Array, directions: Directions) -> tuple[Directions, Directions]:
+def _around(rows: Array, directions: Index) -> tuple[Index, Index]:
     """The directions of the rows before and after each interval: both its own where they are of intervals."""
     return (directions[:-1], directions[1:]) if len(directions) == len(rows) else (directions, directions)
 
 
-def _doubled(v: Array, before: Directions, after: Directions) -> Mask:
+def _doubled(v: Array, before: Index, after: Index) -> Mask:
     """Whether each interval v (n, 2) is between the two rows of a cusp. Raises PathError as its callers."""
     same = np.hypot(*v.T) < _SAME_POINT
     repeated = same & (before == after)
@@ -116,9 +114,7 @@ def _doubled(v: Array, before: Directions, after: Directions) -> Mask:
     return np.asarray(same)
 
 
-def _without_doubled(
-    rows: Array, intervals: Directions, doubled: Mask, name: str
-) -> tuple[Array, Directions]:
+def _without_doubled(rows: Array, intervals: Index, doubled: Mask, name: str) -> tuple[Array, Index]:
     kept = rows[np.concatenate(([True], ~doubled))]
     if len(kept) < 2:
         raise PathError(f"{name} has one point only, a path needs at least 2.")

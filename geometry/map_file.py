@@ -59,8 +59,6 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> tuple[Array,
         cells = solid[levels]
         if opaque is not None:
             cells[~opaque] = unknown_is_solid
-        if cells.all():
-            raise AreaError("no cell of the map is free, at least one must be.")
         return _map_of(cells[::-1], entries.resolution, entries.origin)
     except AreaError as error:
         raise AreaError(f"{file}: {error}") from error.__cause__
@@ -100,14 +98,13 @@ def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
             f"array[{row}, {column}] = {given[row, column]}: must be 0 to 1, or 0 to 100, or -1 for unknown."
         )
     unknown |= (values > _FREE * most) & (values < _OCCUPIED * most)
-    solid: Mask = np.where(unknown, not unknown_is_free, values >= _OCCUPIED * most)
-    if solid.all():
-        raise AreaError("array: no cell is free, at least one must be.")
-    return solid
+    return np.where(unknown, not unknown_is_free, values >= _OCCUPIED * most)
 
 
 def _map_of(cells: Mask, resolution: float, origin: Origin) -> tuple[Array, Array]:
     """Of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
+    if cells.all():
+        raise AreaError("no cell of the map is free, at least one must be.")
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
     return locked(outline), locked(_corners(merged_cells(cells), resolution, origin))

@@ -28,7 +28,7 @@ from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
-from geometry.sampling import MOST, steps
+from geometry.sampling import steps
 from geometry.validation import Validated, to_float, to_floats, validate, validated
 
 # 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
@@ -101,15 +101,13 @@ class PathPart(Validated, error=PathError):
         return Pose2(float(self.x[-1]), float(self.y[-1]), float(self.phi[-1]))
 
     @validated(late=True)
-    def places(self, spacing: float, *, least: int = 1) -> Array:
-        """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
+    def places(self, spacing: float) -> Array:
+        """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart.
 
         Raises:
             PathError: they are too many, see geometry.sampling, or the spacing is not > 0.
         """
-        if not 1 <= least <= MOST:
-            raise PathError(f"least = {least}: must be 1 to {MOST}.")
-        count = max(int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0]), least)
+        count = int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0])
         return np.linspace(self.start, self.end, count + 1)
 
     @validated(late=True)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import interpolation
-from geometry.arrays import Array
+from geometry.arrays import Array, Index
 from geometry.errors import PathError, shown
 from geometry.files import TABLE, File, opened
 from geometry.part import PathPart, PathReference
@@ -166,7 +166,7 @@ class ReferencePath(Validated, error=PathError):
 
     @classmethod
     def _from_pieces(
-        cls, start: Pose2, directions: NDArray[np.int64], curvatures: Array, lengths: Array
+        cls, start: Pose2, directions: Index, curvatures: Array, lengths: Array
     ) -> ReferencePath:
         """Chain m pieces from the start pose and cut them where the direction changes."""
         knots = np.concatenate(([0.0], np.cumsum(lengths)))
@@ -213,7 +213,7 @@ def _pose_rows(poses: Sequence[Pose2] | ArrayLike) -> Array:
     return _rows(poses, 3, "poses")  # type: ignore[arg-type]
 
 
-def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: int) -> NDArray[np.int64]:
+def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: int) -> Index:
     values = np.asarray(directions)
     if values.ndim == 0:
         values = np.full(n - 1, values)
@@ -225,7 +225,7 @@ def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: in
     return values.astype(np.int64)
 
 
-def _read_poses(file: File) -> tuple[Array, NDArray[np.int64]]:
+def _read_poses(file: File) -> tuple[Array, Index]:
     """Vehicle poses (n, 3) [m, m, rad] and directions (n,) of a CSV file; the header is row 1."""
     try:
         with TextIOWrapper(opened(file, TABLE), encoding="utf-8-sig", newline="") as stream:

@@ -56,7 +56,7 @@ def speed_profile_of(
 ) -> ComfortSpeeds:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
     comfort, wheelbase = config.comfort, config.vehicle.wheelbase
-    theta = part.places(PATH_SPACING, least=2)
+    theta = part.places(min(PATH_SPACING, 0.5 * (part.end - part.start)))
     count = theta.size - 1
     width = 2 * round(0.5 * STEERING_DISTANCE / PATH_SPACING) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")

@@ -19,6 +19,8 @@ from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_fra
 from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.tree import MOST_TARGETS
 
+ARC: Final = 0.16
+"""Length of the arcs of the search, in radii of the sharpest bend."""
 NO_LENGTH: Final = 1e-9
 """[m] what is shorter is nothing."""
 
@@ -28,8 +30,8 @@ class Terms(NamedTuple):
 
     Attributes:
         radius: of the sharpest bend [m]; wheelbase: [m].
-        arc: length of an arc; check: least distance of the poses at which it is checked; cell: of the lattice
-            [m]. Where the body has a clearance of `open` [m], arcs and cells are twice as long.
+        check: least distance of the poses at which an arc is checked [m]. Where the body has a clearance of
+            `open` [m], arcs and cells of the lattice are twice as long.
         reach: of the body from the rear axle [m].
         margin: least clearance; near: closer than this costs more [m].
         ahead, back: cost of a metre forward and in reverse; cusp, steering, closeness: see `RoutePlanner`.
@@ -41,24 +43,22 @@ class Terms(NamedTuple):
 
     radius: float
     wheelbase: float
-    arc: float
     check: float
-    cell: float
     open: float
     reach: float
     margin: float
     near: float
-    ahead: float
     back: float
     cusp: float
     steering: float
     closeness: float
-    weight: float
-    finer: float
     fine: float
     tight: float
-    curves: int
-    cheaper: float
+    ahead: float = 1.0
+    weight: float = 1.0
+    finer: float = 1.0
+    curves: int = 4
+    cheaper: float = 0.0
 
 
 class SearchWorkspace(NamedTuple):
@@ -175,8 +175,11 @@ def cheapest_curve(
     Returns: the cost of the route without closeness, inf where it is no less than `most`, and what closeness
     adds to that.
     """
-    base, before, behind = ends
-    count, cost, closeness = _find_curves(pose, target, terms, work), inf, 0.0
+    (base, before, behind), cost, closeness = ends, inf, 0.0
+    c, s = cos(pose[2]), sin(pose[2])
+    dx, dy = target[0] - pose[0], target[1] - pose[1]
+    along, across = (c * dx + s * dy) / terms.radius, (c * dy - s * dx) / terms.radius
+    count = words(along, across, target[2] - pose[2], work.lengths, work.turns)
     for i in range(count):
         _take_curve(work, i, terms.radius)
         work.order[i] = base + cost_along(work.curve, before, terms)
@@ -195,17 +198,8 @@ def cheapest_curve(
 
 
 @inner
-def _find_curves(pose: Array, target: Array, terms: Terms, work: SearchWorkspace) -> int:
-    """Find the curves from a pose to another one; returns their number."""
-    c, s = cos(pose[2]), sin(pose[2])
-    dx, dy = target[0] - pose[0], target[1] - pose[1]
-    along, across = (c * dx + s * dy) / terms.radius, (c * dy - s * dx) / terms.radius
-    return words(along, across, target[2] - pose[2], work.lengths, work.turns)
-
-
-@inner
 def _take_curve(work: SearchWorkspace, i: int, radius: float) -> None:
-    """Put the i-th curve that was found into `work.curve`."""
+    """Put the i-th of the curves that `words` found into `work.curve`."""
     for k in range(PIECES):
         length = work.lengths[i, k] * radius
         work.curve[k, 0] = length if abs(length) > NO_LENGTH else 0.0

@@ -27,6 +27,7 @@ from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import pose_after
 from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
+    ARC,
     NO_LENGTH,
     SearchWorkspace,
     Terms,
@@ -60,6 +61,7 @@ EXHAUSTED: Final = 1
 ENDED: Final = 2
 """How a slice of a search ended: it may continue, all is searched, no better route is expected."""
 
+_CELL: Final = 1.2 * ARC  # [radii] length of a cell of the lattice
 _EVERY: Final = 4  # nodes that are expanded between two from which curves are tried
 _MORE: Final = 0.5  # after a first route so many times the nodes until then are expanded for a better one
 _HALVES: Final = 3  # of an arc's last step, where it is blocked
@@ -158,7 +160,7 @@ def _drive(
     """Drive an arc from a node; its end is the tree's next node, if it is entered. Returns the length driven
     [m], and the cost of closeness."""
     x, y, phi, clear = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2], tree.clearance[node]
-    longest = terms.arc * (2.0 if clear >= terms.open else 1.0)
+    longest = ARC * terms.radius * (2.0 if clear >= terms.open else 1.0)
     lever = 1.0 + terms.reach * abs(curvature)
     driven, extra, step = 0.0, 0.0, 0.0
     halves = 0  # where it is blocked the arc is driven as far as possible, by halves
@@ -187,7 +189,7 @@ def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, term
     if clear < terms.tight:
         near = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])) < terms.fine
         share = terms.finer if near else share
-    key = lattice_key(tree, new, share, terms.cell)
+    key = lattice_key(tree, new, share, _CELL * terms.radius)
     at = slot_of(tree.keys, key)
     taken = tree.keys[at] != EMPTY
     if taken and tree.cost[tree.in_cell[at]] <= cost:
@@ -206,8 +208,13 @@ def _enter(tree: Tree, node: int, cost: float, other: Tree, grid: CostToGo, term
 @inner
 def _connect(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
     """Try curves from a node to those of the other tree by which a route may be cheapest; keep the best."""
-    which, _, terms, whole, work = growth
-    count = _price_targets(tree.pose[node], other, terms, work)
+    (which, _, terms, whole, work), pose = growth, tree.pose[node]
+    count = other.counters[TARGETS_KNOWN]
+    for k in range(count):  # least costs to the targets of the other tree, and on
+        there = other.targets[k]
+        target = other.pose[there]
+        far = k > 1 and hypot(target[0] - pose[0], target[1] - pose[1]) > _REACH * terms.radius
+        work.target_costs[k] = inf if far else other.cost[there] + least_to(pose, target, terms)
     for _ in range(min(count, _TARGETS)):
         k = int(np.argmin(work.target_costs[:count]))
         there, best = other.targets[k], whole.best[COST]
@@ -215,24 +222,12 @@ def _connect(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
             break
         work.target_costs[k] = inf
         ends = tree.cost[node] + other.cost[there], tree.arc[node], other.arc[there]
-        cost, closeness = cheapest_curve(tree.pose[node], other.pose[there], ends, best, terms, work)
+        cost, closeness = cheapest_curve(pose, other.pose[there], ends, best, terms, work)
         if cost < inf:
             if best == inf:
                 whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
             whole.best[COST], whole.curve[:] = cost + closeness, work.best
             whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
-
-
-@inner
-def _price_targets(pose: Array, other: Tree, terms: Terms, work: SearchWorkspace) -> int:
-    """Find the least costs from a pose (3,) to the targets of the other tree and on; returns their number."""
-    count: int = other.counters[TARGETS_KNOWN]
-    for k in range(count):
-        there = other.targets[k]
-        target: Array = other.pose[there]
-        far = k > 1 and hypot(target[0] - pose[0], target[1] - pose[1]) > _REACH * terms.radius
-        work.target_costs[k] = inf if far else other.cost[there] + least_to(pose, target, terms)
-    return count
 
 
 class Roots(NamedTuple):

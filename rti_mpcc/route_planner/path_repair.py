@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from math import inf
 from typing import cast
 
 import numpy as np
@@ -156,9 +155,7 @@ class _Repair:
         """Clearances (n,) [m] of bodies on the segment, as far as they count."""
         at, needed = self.part.reference(theta), self.config.clearance.least
         poses = np.column_stack([at.x, at.y, at.phi])
-        apart = self.area.signed_distances(body_of(self.config.vehicle), poses, needed + _SPACING)
-        found: Array = apart.reshape(len(poses), -1).min(axis=1, initial=inf)
-        return found
+        return self.area.signed_distances(body_of(self.config.vehicle), poses, needed + _SPACING)
 
     def _clearance(self, span: Span) -> float:
         return float(self._clearances(np.arange(*span, _SPACING)).min())

@@ -26,7 +26,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
-from rti_mpcc.route_planner.costs import Terms
+from rti_mpcc.route_planner.costs import ARC, Terms
 from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
 from rti_mpcc.route_planner.hybrid_astar import (
     EXHAUSTED,
@@ -36,7 +36,7 @@ from rti_mpcc.route_planner.hybrid_astar import (
     HybridAStar,
     Roots,
 )
-from rti_mpcc.route_planner.problem import ARC, RouteProblem, leaving_arcs
+from rti_mpcc.route_planner.problem import RouteProblem, leaving_arcs
 from rti_mpcc.route_planner.shortening import shorten
 
 _log = logging.getLogger(__name__)

@@ -17,20 +17,16 @@ from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import poses_after
-from rti_mpcc.route_planner.costs import NO_LENGTH, Terms
+from rti_mpcc.route_planner.costs import ARC, NO_LENGTH, Terms
 from rti_mpcc.route_planner.hybrid_astar import Roots
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
 BOX = 15.0
 """Distance [m] of the box of an area without a boundary from all that is given."""
-ARC = 0.16
-"""Length of the arcs of the search, in radii of the sharpest bend."""
 _SEARCH_SHARE = 0.85
 """Share of the vehicle's largest curvature that the search uses. It knows no change of the steering, and less
 would leave more room to smoothing."""
-_CURVES = 4
-"""Number of curves that are checked between a node and one of the other tree."""
 _OPEN = 0.25
 """Clearance of the body from which on arcs are twice as long, in radii of the sharpest bend."""
 _ROUNDING = 5e-4
@@ -162,24 +158,17 @@ class RouteProblem:
         return Terms(
             radius=radius,
             wheelbase=vehicle.wheelbase,
-            arc=ARC * radius,
             check=ARC * radius / 5.0,
-            cell=1.2 * ARC * radius,
             open=max(_OPEN * radius, near),
             reach=hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width),
             margin=margin,
             near=near,
-            ahead=1.0,
             back=settings.reverse_cost,
             cusp=settings.cusp_cost,
             steering=settings.steering_cost,
             closeness=settings.closeness_cost,
-            weight=1.0,
-            finer=1.0,
             fine=1.5 * length,
             tight=config.clearance.on_routes,
-            curves=_CURVES,
-            cheaper=0.0,
         )
 
 

@@ -166,7 +166,7 @@ DOORS: dict[str, Door] = {
         phi=np.zeros(2),
     ),
     "PathPart.reference": door(PART.reference, theta=[1.0, 2.0]),
-    "PathPart.places": door(PART.places, spacing=1.0, least=2),
+    "PathPart.places": door(PART.places, spacing=1.0),
     "PathPart.curvature": door(PART.curvature, theta=[1.0, 2.0]),
     "PathPart.pose": door(PART.pose, theta=2.0),
     "PathPart.progress": door(PART.progress, pose=ORIGIN, theta=0.0),

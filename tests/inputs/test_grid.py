@@ -78,7 +78,7 @@ EMPTY: NDArray[np.bool_] = np.zeros((2, 2), dtype=bool)
         (([[0, 255]], 0.1), r"array\[0, 1\] = 255: must be 0 to 1, or 0 to 100, or -1 for unknown"),
         (([[0, -2]], 0.1), r"array\[0, 1\] = -2"),
         (([[0.0, np.inf]], 0.1), r"array\[0, 1\] = inf"),
-        (([[1, -1]], 0.1), "no cell is free"),
+        (([[1, -1]], 0.1), "no cell of the map is free"),
         ((EMPTY, 0.0), "resolution = 0.0: must be a number from 1e-06 to 1e"),
         ((EMPTY, nan), "resolution = nan"),
         ((EMPTY, "0.1"), "resolution = '0.1'"),
