@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypeVar, get_origin
 
 import numpy as np
@@ -12,6 +13,7 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Value = TypeVar("Value")
+Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
 def is_array(hint: Any) -> bool:
@@ -24,3 +26,8 @@ def locked(value: Value) -> Value:
     if isinstance(value, np.ndarray):
         value.setflags(write=False)
     return value
+
+
+def locked_record(kind: Callable[..., Record], *values: Any) -> Record:
+    """Return a NamedTuple of this kind with locked arrays: kernels refuse open ones where it has others."""
+    return kind(*map(locked, values))

@@ -24,7 +24,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked_record
 from geometry.compiled import Array1, Out2, inner, kernel
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
@@ -80,9 +80,7 @@ class PathPart(Validated, error=PathError):
         if self.knots.ndim != 1 or self.knots.size < 2:
             raise PathError(f"PathPart.knots = {self.knots.tolist()}: must be two or more numbers")
         arrays = self.knots, self.curvatures, self.x, self.y, self.phi
-        for values in arrays:
-            values.setflags(write=False)
-        object.__setattr__(self, "arcs", Arcs(*arrays, float(self.direction)))
+        object.__setattr__(self, "arcs", locked_record(Arcs, *arrays, float(self.direction)))
         object.__setattr__(self, "start", float(self.knots[0]))
         object.__setattr__(self, "end", float(self.knots[-1]))
 

@@ -7,19 +7,18 @@ All is computed in the frame of the body: numbers stay small wherever in the wor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import cos, hypot, inf, sin
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Index, locked
+from geometry.arrays import Array, Index, locked, locked_record
 from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.validation import to_rows
 
-Record = TypeVar("Record", bound=tuple[Any, ...])
 _CELLS = 4  # for each shape, and some more
 SAME = 1e-9  # of a distance, by which two are told from one another
 MOST_TIED = 8  # shapes as near as the nearest one that are told from one another; at a vertex these are two
@@ -154,7 +153,7 @@ class ShapeGrid(NamedTuple):
         return self._replace(corners=locked(corners), circles=locked(circles), origin=locked(origin))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
-        """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
+        """Return how far points (n, >= 2) are to the right of the nearest line [m]; 0 to the left of it.
 
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
@@ -174,11 +173,6 @@ class ShapeGrid(NamedTuple):
         found = np.empty((len(poses), self.owners))
         signed_distances_to(self, body, poses, within, found)
         return found
-
-
-def locked_record(kind: Callable[..., Record], *values: Any) -> Record:
-    """Return a NamedTuple of this kind with locked arrays: kernels refuse open ones where it has others."""
-    return kind(*map(locked, values))
 
 
 def _starts(shapes: Sequence[Array]) -> Index:
@@ -335,7 +329,7 @@ def is_new(i: int, tied: Index, count: int) -> bool:
 
 @kernel
 def beyond_lines(grid: ShapeGrid, points: Array2, within: float, found: Out1) -> None:
-    """Write what `ShapeGrid.beyond` returns, of points (n, >= 2), into `found` (n,), which is 0 before."""
+    """Write what `ShapeGrid.beyond` returns into `found` (n,), which is 0 before."""
     corners, circles, origin, cell, counts = grid.corners, grid.circles, grid.origin, grid.cell, grid.counts
     if len(circles) == 0:
         return

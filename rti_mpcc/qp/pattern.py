@@ -25,8 +25,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
+from geometry.arrays import locked_record
 from geometry.compiled import Array1, Array2, Index1, Index2, Index3, Index4
-from geometry.shape_grid import locked_record
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array, Index
 

@@ -93,10 +93,9 @@ def repaired_path(path: ReferencePath, area: Area, config: ControllerConfig | No
         area: where the vehicle may be; config: of the vehicle, its limits, and `ControllerConfig.route`.
     """
     make_ready()
-    repairs = [_Repair(part, area, config or ControllerConfig()) for part in path.parts]
     arcs, changes = [], []
-    for index, repair in enumerate(repairs):
-        rows, found = repair.repaired(index)
+    for index, part in enumerate(path.parts):
+        rows, found = _Repair(part, area, config or ControllerConfig()).repaired(index)
         arcs.append(rows)
         changes += found
     if all(change.aside is None for change in changes):

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from geometry.arrays import Array
+from geometry.arrays import Array, locked
 from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
@@ -65,11 +65,9 @@ def shorten(
         return route
     route = split_arcs(route, max(length_of(route) / _PLACES, 2.0 * terms.check))
     count, pose = len(route), np.vstack([start[None], poses_after(start, route)])
-    for each in (route, pose):
-        each.setflags(write=False)
     places = _Places(
-        pose=pose,
-        route=route,
+        pose=locked(pose),
+        route=locked(route),
         cost=np.full(count + 1, inf),
         before=np.zeros(count + 1, np.int64),
         incoming=np.zeros((count + 1, 2)),
