@@ -38,8 +38,6 @@ def solid_contacts(
         within: what is farther away is left out [m]; outward: see geometry.contacts.
         found: of FLANKS sides, or of others: then all shapes are the last one.
     """
-    if len(grid.owner) == 0:
-        return
     shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
     middle, sides = body.middle, found.shape[2]
     farther_out = 0.0 if sides == FLANKS else outward

@@ -13,7 +13,7 @@ import numpy as np
 from geometry.arrays import Array
 from geometry.contacts import line_contacts, no_contacts
 from geometry.flanks import FLANKS, solid_contacts
-from geometry.shape_grid import Body, ShapeGrid, signed_distances_to
+from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
 
 class FreeSpace(NamedTuple):
@@ -50,7 +50,8 @@ def contacts_in(space: FreeSpace, body: Body, poses: Array, within: float, outwa
         solid_contacts(body, poses, space.boundary, within, outward, found)
     else:
         line_contacts(body, poses, space.smooth, within, outward, found)
-    solid_contacts(body, poses, space.obstacles, within, outward, found)
+    if space.obstacles.owners:
+        solid_contacts(body, poses, space.obstacles, within, outward, found)
     return found
 
 
@@ -76,7 +77,8 @@ def clearances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> 
     """
     apart = distances_in(space, body, poses, within)
     if space.sides != FLANKS:
-        depths = space.boundary.beyond(poses, space.behind)
+        depths = np.zeros(len(poses))
+        beyond_lines(space.boundary, poses, space.behind, depths)
         deeper = depths > 0.0
         apart[deeper, 0] = np.minimum(apart[deeper, 0], -depths[deeper])
     return apart

@@ -153,7 +153,7 @@ class ShapeGrid(NamedTuple):
         return self._replace(corners=locked(corners), circles=locked(circles), origin=locked(origin))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
-        """Return how far points (n, >= 2) are to the right of the nearest line [m]; 0 to the left of it.
+        """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
 
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
@@ -329,7 +329,7 @@ def is_new(i: int, tied: Index, count: int) -> bool:
 
 @kernel
 def beyond_lines(grid: ShapeGrid, points: Array2, within: float, found: Out1) -> None:
-    """Write what `ShapeGrid.beyond` returns into `found` (n,), which is 0 before."""
+    """Write what `ShapeGrid.beyond` returns, of points (n, >= 2), into `found` (n,), which is 0 before."""
     corners, circles, origin, cell, counts = grid.corners, grid.circles, grid.origin, grid.cell, grid.counts
     if len(circles) == 0:
         return
