@@ -20,7 +20,7 @@ import numpy as np
 
 from estimation.types import Array
 from geometry.arrays import locked
-from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, inner, kernel
+from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, copy_row, inner, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
 """Of the bank [s]; the first one stands for none."""
@@ -61,7 +61,8 @@ def answers(sent: Array2, first: Array2) -> Out3:
     `sent`: (c, 3) commands; `first`: (3, lags) the answers at the first of them.
     """
     found = np.empty((len(sent), 3, len(LAGS)))
-    found[0] = first
+    for row in range(len(first)):
+        copy_row(first[row], found[0, row])
     for c in range(1, len(sent)):
         seconds, rate, setpoint = sent[c, AT] - sent[c - 1, AT], sent[c - 1, RATE], sent[c - 1, SETPOINT]
         for i in range(len(LAGS)):
@@ -98,7 +99,9 @@ def residuals(
     lower, products = np.empty((2, k, k)), np.empty((2 * len(LAGS), k + 2))
     along_m = np.empty((2, k))
     for of in range(2):
-        lower[of], along_m[of] = gram[:k, :k], gram[k, :k]
+        copy_row(gram[k], along_m[of])
+        for a in range(k):
+            copy_row(gram[a], lower[of, a])
         for a in range(k):
             lower[of, a, a] += variance / stds[of, a] ** 2
         _decompose(lower[of])

@@ -23,7 +23,7 @@ import numpy as np
 
 from estimation.types import Array
 from estimation.vehicle_filter import Noise
-from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, copy_row, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
@@ -100,9 +100,11 @@ def moved_on(
     while gone < len(track) - 1 and track[gone, AT] < at - LENGTH:
         gone += 1
     longer = np.empty((len(track) - gone + 1, COLUMNS))
-    longer[:-1] = track[gone:]
+    for k in range(len(track) - gone):
+        copy_row(track[gone + k], longer[k])
     last, now = longer[-2], longer[-1]
-    last[STEERING], now[AT], now[X:ALONG] = commanded.estimated, at, measured[:5]
+    last[STEERING], now[AT] = commanded.estimated, at
+    copy_row(measured, now[X:ALONG])
     h = now[AT] - last[AT]
     turn = now[PHI] - last[PHI]
     turn -= 2.0 * pi * ceil((turn - pi) / (2.0 * pi))

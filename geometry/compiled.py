@@ -58,7 +58,7 @@ IndexOut1: TypeAlias = Annotated[Index, types.int64[::1]]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _LOG = logging.getLogger(__name__)
-_OPTIONS = {"nopython": True, "error_model": "numpy", "nogil": True}
+_OPTIONS = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 _PACKAGES = ("geometry", "estimation", "rti_mpcc")
 _SCALARS = {type(None): types.void, float: types.float64, int: types.int64, bool: types.boolean}
 
@@ -78,9 +78,17 @@ def kernel(function: Function) -> Function:
 
 
 def inner(function: Function) -> Function:
-    """Declare a function that only kernels call."""
-    declared: Function = numba.jit(**_OPTIONS)(function)
+    """Declare a function that only kernels call: numba compiles no door for Python to it."""
+    declared: Function = numba.jit(no_cpython_wrapper=True, **_OPTIONS)(function)
     return declared
+
+
+@inner
+def copy_row(values: Array, out: Array) -> None:
+    """Copy a row (n,) into another one. With `out[:] = values` numba compiles a check of both shapes, and
+    the text of its message: that takes longer than most kernels."""
+    for k in range(len(out)):
+        out[k] = values[k]
 
 
 @cache

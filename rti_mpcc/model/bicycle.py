@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel
+from geometry.compiled import Array1, Array2, Out2, Out3, copy_row, inner, kernel
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
 
@@ -84,7 +84,7 @@ def propagate(state: Array, control: Array, h: float, wheelbase: float, reached:
 def rollout(state: Array1, controls: Array2, lengths: Array1, wheelbase: float) -> Out2:
     """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s]."""
     states = np.empty((len(lengths) + 1, STATES))
-    states[0] = state
+    copy_row(state, states[0])
     for k in range(len(lengths)):
         propagate(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
     return states

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry import PathReference, Pose2
-from geometry.compiled import Array1, Array2, Out2, Out3, kernel
+from geometry.compiled import Array1, Array2, Out2, Out3, copy_row, kernel
 from rti_mpcc.model.layout import PHI, POSE, STATES, THETA, X, Y
 from rti_mpcc.types import Array
 
@@ -47,7 +47,7 @@ def world_to_local(frame: LocalFrame, poses: Array2) -> Out2:
         turned[k, X] = c * dx + s * dy
         turned[k, Y] = c * dy - s * dx
         turned[k, PHI] = poses[k, PHI] - phi
-        turned[k, POSE:] = poses[k, POSE:]
+        copy_row(poses[k, POSE:], turned[k, POSE:])
     return turned
 
 
@@ -61,7 +61,7 @@ def local_to_world(frame: LocalFrame, poses: Array2) -> Out2:
         turned[k, X] = x + (c * dx - s * dy)
         turned[k, Y] = y + (s * dx + c * dy)
         turned[k, PHI] = poses[k, PHI] + phi
-        turned[k, POSE:] = poses[k, POSE:]
+        copy_row(poses[k, POSE:], turned[k, POSE:])
     return turned
 
 

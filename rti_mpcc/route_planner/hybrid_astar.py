@@ -34,6 +34,7 @@ from rti_mpcc.route_planner.costs import (
     cheapest_curve,
     clear_at,
     closeness_of,
+    copy_curve,
     least_to,
     steering_of,
     step_to_take,
@@ -226,7 +227,8 @@ def _connect(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
         if cost < inf:
             if best == inf:
                 whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
-            whole.best[COST], whole.curve[:] = cost + closeness, work.best
+            whole.best[COST] = cost + closeness
+            copy_curve(work.best, whole.curve)
             whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
 
 

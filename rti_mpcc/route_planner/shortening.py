@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from geometry.arrays import Array, locked
-from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, inner, kernel
+from geometry.arrays import Array
+from geometry.compiled import IndexOut1, Out1, Out2, Out3, copy_row, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
@@ -22,6 +22,7 @@ from rti_mpcc.route_planner.costs import (
     Terms,
     cheapest_curve,
     closeness_along,
+    copy_curve,
     cost_along,
     least_to,
     workspace_of,
@@ -32,20 +33,20 @@ _SLICE = 60_000  # poses that are checked at a time, and shapes near them, about
 _WORDS: Final = 1000  # so many of them take as long as the curves between two places
 _CURVES = 2  # the cheapest ones, that are checked between two places
 _CHEAPER = 1e-6  # by less no curve is [m]
-_NONE: Final = np.zeros(2)  # no arc
 
 
 class _Places(NamedTuple):
     """Places along a route, and the cheapest routes to them.
 
     Attributes:
-        pose: (n, 3); route: (n - 1, 2) the arcs of the given route between them.
+        pose: (n, 3); route: (n - 1, 2) the arcs of the given route between them. Both are as writable as the
+            search's own, so that numba compiles what works on them once.
         cost: (n,) of the cheapest route; before: (n,) the place before on that; incoming: (n, 2) its last
             arc; arcs: (n, PIECES, 2) the curve from there.
     """
 
-    pose: Array2
-    route: Array2
+    pose: Out2
+    route: Out2
     cost: Out1
     before: IndexOut1
     incoming: Out2
@@ -66,8 +67,8 @@ def shorten(
     route = split_arcs(route, max(length_of(route) / _PLACES, 2.0 * terms.check))
     count, pose = len(route), np.vstack([start[None], poses_after(start, route)])
     places = _Places(
-        pose=locked(pose),
-        route=locked(route),
+        pose=pose,
+        route=route,
         cost=np.full(count + 1, inf),
         before=np.zeros(count + 1, np.int64),
         incoming=np.zeros((count + 1, 2)),
@@ -114,8 +115,9 @@ def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> Non
     extra = extra if extra < inf else terms.closeness * abs(arc[0])
     places.cost[j] = places.cost[j - 1] + cost_along(curve, places.incoming[j - 1], terms)
     places.cost[j] += extra
-    places.before[j], places.arcs[j] = j - 1, curve
-    places.incoming[j] = arc
+    places.before[j] = j - 1
+    copy_curve(curve, places.arcs[j])
+    copy_row(arc, places.incoming[j])
 
 
 @inner
@@ -125,11 +127,12 @@ def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) 
     if places.cost[i] + least_to(here, there, terms) >= most:
         return
     work.compared[0] += _WORDS
-    ends = 0.0, places.incoming[i], _NONE
+    ends = 0.0, places.incoming[i], np.zeros(2)  # no arc behind it
     cost, closeness = cheapest_curve(here, there, ends, most - places.cost[i], terms, work)
     if cost < inf:
         places.cost[j] = places.cost[i] + cost + closeness
-        places.before[j], places.arcs[j] = i, work.best
+        places.before[j] = i
+        copy_curve(work.best, places.arcs[j])
         for each in range(PIECES):
             if work.best[each, 0] != 0.0:
-                places.incoming[j] = work.best[each]
+                copy_row(work.best[each], places.incoming[j])

@@ -8,11 +8,14 @@ from math import inf
 import numpy as np
 import shapely
 
+from geometry import convex
 from geometry.arrays import Array
-from geometry.convex import WITNESS, distance_between
+from geometry.convex import WITNESS
 from geometry.shape_grid import Body
 from tests.geometry.sides import Contacts
+from tests.kernels import called
 
+distance_between = called(convex.distance_between)
 FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
 REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
 CAR = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
+from geometry import convex
 from geometry.arrays import Array
 from geometry.convex import (
     NORMAL_X,
@@ -15,10 +16,11 @@ from geometry.convex import (
     ON_B_X,
     ON_B_Y,
     VALUE,
-    swept,
 )
 from tests.geometry.convex_shapes import as_geometry, between, counter_clockwise, drawn, exact, placed
+from tests.kernels import called
 
+swept = called(convex.swept)
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 NORMAL, ON_A, ON_B = [NORMAL_X, NORMAL_Y], [ON_A_X, ON_A_Y], [ON_B_X, ON_B_Y]
 
@@ -95,7 +97,6 @@ def test_a_square_against_what_is_known(
 
 
 def test_what_a_polygon_covers_on_its_way_is_the_hull_of_both_ends() -> None:
-    """`swept` is called as a kernel calls it; uncompiled it is the same code."""
     random = np.random.default_rng(5)
     ways = [*random.uniform(-3.0, 3.0, (60, 2)), np.zeros(2), np.array([2.0, 0.0]), np.array([0.0, -1.0])]
     for way in ways:

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry import reeds_shepp
 from geometry.arrays import Array
-from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
+from geometry.reeds_shepp import PIECES, WORDS
+from tests.kernels import called
 
+words, least_cost = called(reeds_shepp.words), called(reeds_shepp.least_cost)
 Pose = tuple[float, float, float]
 GRID: list[Pose] = [
     (x, y, phi * pi / 4.0)

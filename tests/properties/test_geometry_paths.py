@@ -9,9 +9,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from geometry import Pose2, ReferencePath, lift, wrap
-from geometry.reeds_shepp import PIECES, WORDS, words
+from geometry import Pose2, ReferencePath, lift, reeds_shepp, wrap
+from geometry.reeds_shepp import PIECES, WORDS
+from tests.kernels import called
 
+words = called(reeds_shepp.words)
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 
 Segment = tuple[int, float, float]

@@ -15,10 +15,13 @@ from scipy.sparse.csgraph import dijkstra
 from geometry import Area
 from geometry.shape_grid import Body
 from rti_mpcc.config import ControllerConfig, RoutePlanner
+from rti_mpcc.route_planner import tree
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
-from rti_mpcc.route_planner.tree import EMPTY, Heap, pop, push, slot_of
+from rti_mpcc.route_planner.tree import EMPTY, Heap
+from tests.kernels import called
 
 Made = TypeVar("Made")
+pop, push, slot_of = called(tree.pop), called(tree.push), called(tree.slot_of)
 AREA = Area(obstacles=[[(2.0, -1.0), (4.0, -1.0), (4.0, 3.0), (2.0, 3.0)]])
 
 
