@@ -28,11 +28,11 @@ from rti_mpcc.course.transitions import (
     Event,
     next_segment,
     restarted,
+    standing_route,
     transition_on,
-    without_route,
 )
 from rti_mpcc.drive import fallback, first_plan, holding, limiter
-from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency, status_of
+from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency
 from rti_mpcc.drive.driving import driven
 from rti_mpcc.drive.fallback import ControlInput
 from rti_mpcc.drive.limiter import sent
@@ -102,16 +102,14 @@ class DockingController:
             path, self.path_changes = _repaired(path, corridor, area, config)
             area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        replanner = None
+        replanner = route = None
         if area is not None:
             from rti_mpcc.course.replanning import Replanner
 
             replanner = Replanner(area, config.changed(route=config.route.along_path()))
+            route = RouteState(end=path.end, routes=1)
         task = Task.of(self.segments or segments_of(path, config))
-        started = ControllerState(area=around, path=path, task=task)
-        if replanner is not None:
-            started = replace(started, route=RouteState(end=path.end, routes=1))
-        self._begin(config, started, replanner)
+        self._begin(config, ControllerState(area=around, path=path, task=task, route=route), replanner)
 
     @classmethod
     @validated()
@@ -125,20 +123,14 @@ class DockingController:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
             config: settings, all with defaults; of the route `ControllerConfig.route`.
         """
-        from rti_mpcc.course.replanning import Replanner, standing_route
+        from rti_mpcc.course.replanning import Replanner
 
         self = cls.__new__(cls)
-        config = config or ControllerConfig()
-        path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
-        started = ControllerState(
-            area=Surroundings.in_area(area), path=path, task=Task.of(segments), route=RouteState()
-        )
-        self.segments = None
-        self._begin(
-            config,
-            without_route(started, path, segments, "there is none yet"),
-            Replanner(area, config),
-        )
+        self.segments, config = None, config or ControllerConfig()
+        path, task = standing_route(Pose2(0.0, 0.0, 0.0))
+        route, task = RouteState(replan_reason="there is none yet"), replace(task, phase=Phase.PLANNING)
+        started = ControllerState(area=Surroundings.in_area(area), path=path, task=task, route=route)
+        self._begin(config, started, Replanner(area, config))
         return self
 
     def _begin(self, config: ControllerConfig, state: ControllerState, replanner: Replanner | None) -> None:
@@ -286,7 +278,8 @@ class DockingController:
 
     def _known(self, s: ControllerState, given: StepInputs) -> tuple[ControllerState, InputReport]:
         """With what is known by the inputs of this cycle; judgements of detections, and remarks."""
-        s, task = holding.not_dead_reckoned(s), s.task
+        task = s.task
+        s = holding.not_dead_reckoned(s) if task.docked else s
         part, holds = s.path.parts[task.segment.index], task.hold is not None
         perception, path = self._perception, s.path
         s, remarks = perception.updated(s, given, path=path, part=part, holds=holds)
@@ -300,21 +293,20 @@ class DockingController:
         if self._replanner is None:
             return s
         s = self._replanner.routed(s)
-        return self._reachability_checked(s, clock) if first_plan.reachability_is_due(s, self.config) else s
+        due = s.task.phase is Phase.STARTING and first_plan.reachability_is_due(s, self.config)
+        return self._reachability_checked(s, clock) if due else s
 
     def _on_segment(self, s: ControllerState, clock: CycleClock) -> tuple[ControllerState, PlanningContext]:
         """Where the command will start to act, on the segment of that time."""
-        s = self._targeted(s)
         if s.vehicle.monitor.relocalised:
             # A vehicle that holds inside the tolerance stays there.
             s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
-        context = self._workspace.context(s, clock)
+        s, context = self._workspace.context(s, clock)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context):
-            s = self._targeted(next_segment(s))
-            context = self._workspace.context(s, clock)
+            s, context = self._workspace.context(next_segment(s), clock)
         after = on_course(s, context)
         if after.task.stop is not s.task.stop:
-            context = self._workspace.context(after, clock, context.state)
+            return self._workspace.context(after, clock, context.state)
         return after, context
 
     def _reachability_checked(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -323,19 +315,13 @@ class DockingController:
         If a first plan from there misses it, the vehicle replans.
         """
         last = Task(segment=(s.task.segment, *s.task.later)[-1])
-        trial = self._targeted(replace(s, task=last, plans=Plans(), start_state=None))
-        segment = trial.task.segment
+        trial, segment = replace(s, task=last, plans=Plans(), start_state=None), last.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-        reaches = first_plan.ends_at_goal(trial, self._workspace.context(trial, clock, start))
+        reaches = first_plan.ends_at_goal(*self._workspace.context(trial, clock, start))
         assert s.route is not None
         wanted = OUT_OF_REACH if reaches is False else s.route.request
         return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
-
-    def _targeted(self, s: ControllerState) -> ControllerState:
-        """With the present target of the segment."""
-        target = self._workspace.target(s)
-        return s if target == s.task.target else replace(s, task=replace(s.task, target=target))
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -351,17 +337,18 @@ class DockingController:
 
         What is left of the time is for planning another route. `s`: before the decision.
         """
-        control = self._saturated(decision.control, context.state, s)
-        decision, status = replace(decision, control=control), status_of(decision.verdict, after.task)
-        after = sent(after, control, context.start_time, context.state, context.before, self.config)
-        after = _retried(after, status, decision.verdict.reason)
-        remarks = (*goal_setpoint.goal_remarks(s.goal), holding.undocked(s, after, context))
+        at = context.state
+        control = self._saturated(decision.control, at, s)
+        decision = replace(decision, control=control)
+        after = sent(after, control, context.start_time, at, context.before, self.config)
+        after = _retried(after, decision.verdict.reason)
+        undocked = holding.undocked(context) if s.task.docked and after.task.hold is None else ""
+        remarks = (*goal_setpoint.goal_remarks(s.goal), undocked)
         report = report._replace(remarks=(*report.remarks, *remarks))
         if self._replanner is not None:
             after = self._replanner.planned_on(after, context.clock)
-        aimed, at, clock = context.target.pose, context.state, context.clock
-        diagnostics = diagnose(decision, at, aimed, after, clock, report)
-        return after, command(decision, status, after, self.config, diagnostics)
+        diagnostics = diagnose(decision, at, context.target.pose, after, context.clock, report)
+        return after, command(decision, after, self.config, diagnostics)
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
         measured = s.vehicle.monitor.usable_measurement(self.config)
@@ -423,12 +410,12 @@ def _repaired(
     return made.path, made.changes
 
 
-def _retried(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
+def _retried(s: ControllerState, reason: Reason) -> ControllerState:
     """Whether the next cycle waits for the goal, or a vehicle blocked at rest searches again."""
-    waiting, yielding = status is Status.GOAL_LOST, s.task.yielding
+    waiting, yielding = reason is Reason.GOAL_UNCERTAIN, s.task.yielding
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
-    held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
+    held = reason.status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None
     waits = yielding is not None and yielding.clear_since is not None
     tried = s.vehicle.stands and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL

@@ -169,6 +169,11 @@ class Task:
         return self.phase in DRIVING
 
     @cached_property
+    def docked(self) -> bool:
+        """Whether the vehicle is held at its dock, and was found to stay there."""
+        return self.hold is not None and self.hold.docked is not None
+
+    @cached_property
     def objective(self) -> HorizonObjective:
         """Of the QP."""
         if self.successor is not None:
@@ -263,12 +268,12 @@ class ControllerState(World):
         """The goal; None in an area while none was given."""
         if self.goal.pose is not None:
             return self.goal.pose
-        return None if self.route is None else self.route.end
+        return self.path.end if self.route is None else self.route.end
 
     @property
     def goal_setpoint(self) -> GoalSetpoint | None:
         """The goal that the controller drives to; None where there is none, or none was accepted."""
-        pose = self.goal_pose or (None if self.on_planned_route else self.path.end)
+        pose = self.goal_pose
         if pose is None or self.goal.rejected:
             return None
         source = self.goal.origin if self.goal.detected is None else GoalOrigin.DETECTED

@@ -37,30 +37,17 @@ goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a
 (docs/decisions/01-arrival-at-rest.md)."""
 
 
-def arrival_time(
-    distance: float, speed: float, config: ControllerConfig, highest: Array | None = None
-) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s]."""
-    acceleration, jerk = config.arrival_acceleration, config.comfort.jerk
-    return time_to_go(distance, speed, acceleration, LEAST_TIME, highest, jerk=jerk)
-
-
 def time_to_go(
-    distance: float,
-    speed: float,
-    comfort: float,
-    least: float,
-    highest: Array | None = None,
-    *,
-    jerk: float = inf,
+    distance: float, speed: float, comfort: float, highest: Array | None = None, *, jerk: float = inf
 ) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3), `LEAST_TIME`
+    at least.
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does; the
     ramp is that of comfort all the same, so that no arrival takes longer than the one from rest.
 
     Args:
-        comfort: acceleration a [m/s²]; least: shortest duration [s].
+        comfort: acceleration a [m/s²].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
         jerk: at which it ends to brake [m/s³].
     """
@@ -68,8 +55,8 @@ def time_to_go(
     a, ramp = _deceleration(distance, speed, comfort), 0.5 * comfort / jerk
     free = _free_time(distance, speed, a)
     peak = _vertex_speed(distance, speed, free)
-    if free + ramp <= least:
-        return least
+    if free + ramp <= LEAST_TIME:
+        return LEAST_TIME
     if highest is None or float(highest.min()) >= peak:
         return free + ramp
     paced = _profiled(distance, speed, a, np.minimum(highest, peak))[0]
@@ -123,7 +110,7 @@ def within_reach(
     Near is what is reached at the default comfort within the arrival horizon; a gentler arrival takes longer,
     but its stages are as short in metres. `distance` [m] counts from `theta` [m].
     """
-    duration = arrival_time(distance, speed, config)
+    duration = time_to_go(distance, speed, config.arrival_acceleration, jerk=config.comfort.jerk)
     due = distance <= max(4.0 * speed**2 / (3.0 * config.arrival_acceleration), WAITING_REACH)
     if not due and peak_speed(distance, speed, duration) > config.limits.speed:
         return False
@@ -137,7 +124,8 @@ def paced_time(
     distance: float, speed: float, config: ControllerConfig, profile: ComfortSpeeds, theta: float
 ) -> float:
     """Duration [s] of the arrival, by the pace of the segment from `theta` [m] on."""
-    return arrival_time(distance, speed, config, profile.ahead(theta, distance))
+    acceleration, jerk = config.arrival_acceleration, config.comfort.jerk
+    return time_to_go(distance, speed, acceleration, profile.ahead(theta, distance), jerk=jerk)
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:

@@ -91,15 +91,15 @@ def clear_distance(
 ) -> float:
     """Distance along a plan to the first body that is not clear of something [m], or inf."""
     moving = distance_to_moving(s, plan, config, reach, later) if s.area.tracked.moving else inf
-    return min(moving, distance_to_contact(s, plan, config, reach, config.clearance.least))
+    return min(moving, distance_to_contact(s, plan, config, reach))
 
 
 def distance_to_contact(
-    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, least: float = 0.0
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf
 ) -> float:
-    """Distance along a plan to the first body nearer than `least` to anything static [m], or inf."""
+    """Distance along a plan to the first body too near to anything static [m], or inf."""
     marks, _, states = bodies_along(plan, config, reach)
-    space = space_around(s.area.corridor, s.task.segment.index)
+    space, least = space_around(s.area.corridor, s.task.segment.index), config.clearance.least
     # At the start of the plan distances up to twice the least one count.
     within, poses = max(2.0 * least, CONTACT_TOLERANCE), np.ascontiguousarray(states[:, :POSE])
     apart = distances_in(space, body_of(config.vehicle), poses, within)

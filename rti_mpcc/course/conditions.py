@@ -5,10 +5,11 @@ The first line of the docstring of a condition is the text of its event.
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf
 
 from geometry import Pose2
 from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.state import ControllerState, Hold, Phase
@@ -67,7 +68,7 @@ def came_to_rest(s: ControllerState, context: PlanningContext) -> bool:
 
 def passes_target(s: ControllerState, context: PlanningContext) -> bool:
     """It has passed its target, or will although it brakes, by more than an arrival can come back."""
-    if not (context.config.arrival and s.task.segment.objective.arrives and context.free):
+    if not (context.config.arrival and s.task.segment.objective.arrives) or s.task.end is SegmentEnd.STOP:
         return False
     if s.task.phase is Phase.STARTING and s.vehicle.stands:
         return False  # it replans at once
@@ -78,65 +79,59 @@ def passes_target(s: ControllerState, context: PlanningContext) -> bool:
 def target_moved(s: ControllerState, context: PlanningContext) -> bool:
     """The target has moved since the vehicle stalled, and is not behind it."""
     stalled_at = s.task.stalled_at
+    assert stalled_at is not None
     if passes_target(s, context):
         return False
-    if stalled_at is None:
-        return True
     return not context.target.pose.relative_to(stalled_at[0]).within(context.tolerance, SETTLE_SHARE)
 
 
 def surroundings_changed(s: ControllerState, context: PlanningContext) -> bool:
     """The static obstacles have changed since it stalled, and it has stood there for a while."""
     stalled_at = s.task.stalled_at
-    changed = stalled_at is not None and stalled_at[1] != s.area.changes
-    return changed and s.vehicle.is_stationary(context.now, GIVE_UP_TIME)
+    assert stalled_at is not None
+    return stalled_at[1] != s.area.changes and s.vehicle.is_stationary(context.now, GIVE_UP_TIME)
 
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext) -> bool:
     """Braking in comfort from here, it stops inside the tolerance."""
     if context.speed > SETTLE_TIME * context.config.comfort_acceleration:
         return False
-    due = arrives_now(s, context)
-    share = DUE_SHARE if due else SETTLE_SHARE
-    share = 1.0 if overdue(s, context) or (due and s.vehicle.stands) else share
+    due = _due_for(s, context)
+    share = DUE_SHARE if due >= DUE_TIME else SETTLE_SHARE
+    share = 1.0 if due >= (DUE_TIME if s.vehicle.stands else OVERDUE_TIME) else share
     return context.inside(context.stop_error, share)
 
 
 def stuck_inside(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer, and is inside the tolerance, or at a stop in front of something."""
-    enough = not context.free or (s.vehicle.stands and context.inside(context.error))
+    enough = s.task.end is SegmentEnd.STOP or (s.vehicle.stands and context.inside(context.error))
     return enough and no_progress(s, context)
 
 
 def no_progress(s: ControllerState, context: PlanningContext) -> bool:
     """It gets no nearer: its arrival is overdue, or it stands for long, and not for its dwell."""
-    there = context.free and not context.ends_at_goal and _near(context)
+    there = s.task.end is SegmentEnd.CUSP and _near(context)
     if there and s.task.segment.dwell > 0.0 and s.vehicle.stands:
         return False  # it waits for its dwell, near enough to the end of this segment
-    return overdue(s, context) or _stuck(s, context)
+    return _due_for(s, context) >= OVERDUE_TIME or _stuck(s, context)
 
 
 def plan_misses(s: ControllerState, context: PlanningContext) -> bool:
     """Its arrival is due, and its plan ends outside the tolerance."""
     plan = s.plans.driven
-    if s.route is None or s.route.fixed or plan is None or not (context.free and arrives_now(s, context)):
+    if s.route is None or s.route.fixed or plan is None or s.task.end is SegmentEnd.STOP:
         return False
-    return not (context.reached_by(plan) or context.inside(context.stop_error))
+    due = _due_for(s, context) >= DUE_TIME
+    return due and not (context.reached_by(plan) or context.inside(context.stop_error))
 
 
 # -- others ---------------------------------------------------------------------------------------------
 
 
-def arrives_now(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the planned arrival is due: it has had its shortest time to go for a moment."""
+def _due_for(s: ControllerState, context: PlanningContext) -> float:
+    """For how long the planned arrival has had its shortest time to go [s]; -inf: it has not."""
     since = None if s.task.arrival is None else s.task.arrival.overdue_since
-    return since is not None and context.now - since >= DUE_TIME
-
-
-def overdue(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the planned arrival should have been long ago."""
-    since = None if s.task.arrival is None else s.task.arrival.overdue_since
-    return since is not None and context.now - since >= OVERDUE_TIME
+    return -inf if since is None else context.now - since
 
 
 def standing_since(s: ControllerState, context: PlanningContext) -> float | None:
@@ -147,7 +142,7 @@ def standing_since(s: ControllerState, context: PlanningContext) -> float | None
     config = context.config
     speeds = context.measured_speed, float(context.state[V])
     motion, stood = s.vehicle.motion, s.vehicle.standing_since
-    docks = context.ends_at_goal and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
+    docks = s.task.end is SegmentEnd.GOAL and s.task.phase in (Phase.SETTLING, Phase.HOLDING)
     least = standstill.dock_speed(context.tolerance, config) if docks else config.rest_speed
     since = standstill.update_standing(stood, speeds, context.now, least)
     if since is None or stood is not None or motion.unexplained() <= config.moving_speed:
@@ -157,17 +152,17 @@ def standing_since(s: ControllerState, context: PlanningContext) -> float | None
 
 
 def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
-    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
+    """Since when a vehicle that settles or holds stands outside the tolerance [s], or None."""
     task = s.task
     if task.hold is not None:
         away = _is_away(task.hold, context)
-        return (context.now if task.outside_since is None else task.outside_since) if away else None
-    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.vehicle.stands):
+    elif task.phase is Phase.SETTLING and not s.vehicle.stands:
         return task.outside_since
-    near = context.inside(context.error, OUTSIDE_SHARE)
-    if not context.free or (near and context.inside(context.standing_error)):
-        return None
-    return context.now if task.outside_since is None else task.outside_since
+    else:
+        near = context.inside(context.error, OUTSIDE_SHARE) and context.inside(context.standing_error)
+        away = task.end is not SegmentEnd.STOP and not near
+    since = context.now if task.outside_since is None else task.outside_since
+    return since if away else None
 
 
 def _is_away(hold: Hold, context: PlanningContext) -> bool:
@@ -198,7 +193,7 @@ def replan_due(s: ControllerState, context: PlanningContext) -> bool:
 def may_change_direction(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the next segment may start: at rest at the end of this one for its dwell, or long near it."""
     dwell = max(s.vehicle.dead_time, s.task.segment.dwell)
-    if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
+    if s.task.end is not SegmentEnd.CUSP or not s.vehicle.is_stationary(context.now, dwell):
         return False
     if abs(context.measured_speed) > context.config.rest_speed:
         return False
@@ -231,7 +226,7 @@ def must_wait(s: ControllerState, context: PlanningContext) -> str:
     config = context.config
     if s.vehicle.stands and goal_setpoint.waits_for_dock(s.goal, config):
         return goal_setpoint.doubt(s, s.arrives_at, config)
-    if not (context.ends_at_goal and context.free):
+    if s.task.end is not SegmentEnd.GOAL:
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
     tracking = config.goal_tracking

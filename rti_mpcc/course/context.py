@@ -7,7 +7,7 @@ gives the same context.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import copysign, hypot, pi
 
@@ -26,6 +26,7 @@ from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
+from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.side_clearance import side_clearance_along, with_obstacles
 from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.state import ControllerState
@@ -48,8 +49,7 @@ class PlanningContext:
         before: what the commands make of acceleration [m/s²] and steering rate [rad/s] by then.
         acceleration: that acts until then [m/s²]; measured_speed: estimate at `now` [m/s].
         doubt: why nothing can be planned from this state, or "".
-        target: of the segment, or a stop on it; free: it is the segment's own.
-        direction: of the segment; ends_at_goal: whether it ends at the goal; profile: its speed limits.
+        target: of the segment, or a stop on it; profile: the segment's speed limits.
         along: distance to the target along the path [m], negative where that was passed; distance: with the
             distance across, never negative, see `distance_left`.
         speed: towards the target [m/s].
@@ -68,9 +68,6 @@ class PlanningContext:
     measured_speed: float
     doubt: str
     target: Target
-    direction: int
-    ends_at_goal: bool
-    free: bool
     along: float
     distance: float
     speed: float
@@ -100,27 +97,41 @@ class PlanningContext:
         that comes back, more than half a turn is left."""
         return self.along < pi / self.config.max_curvature and error.within(self.tolerance, share)
 
-    def missed_by(self, plan: Trajectory, clip: tuple[float, float]) -> bool:
-        """Whether a plan ends farther from the target than `clip` [m], [rad]."""
-        error = self._end_error(plan)
-        return hypot(error.x, error.y) > clip[0] or abs(error.phi) > clip[1]
+    def missed_by(self, plan: Trajectory) -> bool:
+        """Whether a plan ends farther from the target than one cycle pulls it, `GOAL_CLIP`."""
+        (x, y, phi), target = plan.states[-1, :POSE].tolist(), self.target.pose
+        position, heading = GOAL_CLIP
+        return hypot(x - target.x, y - target.y) > position or abs(phi - target.phi) > heading
 
     def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
         """Whether a plan ends within `share` of the tolerance."""
-        return self._end_error(plan).within(self.tolerance, share)
-
-    def _end_error(self, plan: Trajectory) -> Pose2:
-        return Pose2(*plan.states[-1, :POSE].tolist()).relative_to(self.target.pose)
+        end = Pose2(*plan.states[-1, :POSE].tolist())
+        return end.relative_to(self.target.pose).within(self.tolerance, share)
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
-    """The predicted state (6,) when a command given now starts to act, on the part; before the first
-    measurement the start of the part."""
+    """The predicted state (6,) when a command given now starts to act; before the first measurement the start
+    of the part.
+
+    Progress and branch of the heading are those nearest to the last ones. Before the start of the part the
+    progress counts along the path extrapolated straight.
+    """
     if s.vehicle.monitor.state is None:
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.clock.now + s.vehicle.dead_time, config)
-    _place_on_route(start, s.start_state, part)
+    (x, y, phi, *_), last = start.tolist(), s.start_state
+    if last is None:
+        theta = part.project(x, y, heading=phi)
+        heading = part.pose(theta).phi
+    else:
+        near = max(float(last[THETA]), part.start)
+        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
+        heading = float(last[PHI])
+    if theta <= part.start:
+        first = part.first
+        theta += min(part.direction * offset(x - first.x, y - first.y, first.phi)[0], 0.0)
+    start[THETA], start[PHI] = theta, lift(phi, heading)
     return start
 
 
@@ -150,9 +161,6 @@ def context_of(
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
         doubt=monitor.doubt or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
-        direction=part.direction,
-        ends_at_goal=task.end is SegmentEnd.GOAL,
-        free=task.end is not SegmentEnd.STOP,
         along=along,
         distance=distance,
         speed=max(part.direction * v, 0.0),
@@ -164,24 +172,6 @@ def context_of(
         mpcc=mpcc,
         clock=clock,
     )
-
-
-def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
-    """Set the progress and the branch of the heading, both nearest to the last ones; before the start of the
-    part the progress counts along the path extrapolated straight."""
-    x, y, phi, *_ = reached.tolist()
-    if last is None:
-        theta = part.project(x, y, heading=phi)
-        heading = part.pose(theta).phi
-    else:
-        near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
-        heading = float(last[PHI])
-    if theta <= part.start:
-        first = part.first
-        theta += min(part.direction * offset(x - first.x, y - first.y, first.phi)[0], 0.0)
-    reached[THETA] = theta
-    reached[PHI] = lift(phi, heading)
 
 
 def distance_left(
@@ -207,12 +197,13 @@ _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.no
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Active:
-    """A segment and its core, the corridor that this knows, and the pace by it."""
+    """A segment and its core, the corridor that this knows, and the pace and the cusp by it."""
 
     segment: Segment
     mpcc: RtiMpcc
     corridor: Corridor
     profile: ComfortSpeeds
+    cusp: Pose2 | None
 
 
 class Workspace:
@@ -231,7 +222,6 @@ class Workspace:
         if corridor.area is None:
             for k, side_clearance in enumerate(self._side_clearances):
                 warn_if_narrow(side_clearance, k, config)
-        self._cusp_of: tuple[Segment, int, Pose2] | None = None
         self._active = self._started(s.task.segment, corridor)
 
     def _started(self, segment: Segment, corridor: Corridor) -> _Active:
@@ -242,14 +232,13 @@ class Workspace:
     def _beside(self, segment: Segment, core: RtiMpcc, corridor: Corridor) -> _Active:
         """With the room along the segment, beside the obstacles that are known now, and the pace by it."""
         index, config = segment.index, core.config
-        if core.part is self._path.parts[index]:
-            side_clearance = with_obstacles(self._side_clearances[index], core.part, corridor, index, config)
-        else:
-            side_clearance = side_clearance_along(core.part, corridor, index, config)
+        beside = self._side_clearances[index]
         core.set_obstacles(corridor)
-        core.side_clearance = side_clearance
+        core.side_clearance = with_obstacles(beside, core.part, corridor, index, config)
         profile = speed_profile_of(core.part, config, core.side_clearance)
-        return _Active(segment=segment, mpcc=core, corridor=corridor, profile=profile)
+        turns = segment.end is SegmentEnd.CUSP and segment.target is None and config.arrival
+        cusp = cusp_pose(core.part.last, corridor, segment, config) if turns else None
+        return _Active(segment=segment, mpcc=core, corridor=corridor, profile=profile, cusp=cusp)
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, with the known obstacles."""
@@ -262,35 +251,33 @@ class Workspace:
             self._active = self._beside(active.segment, active.mpcc, corridor)
         return self._active.mpcc
 
-    def context(self, s: ControllerState, clock: CycleClock, start: Array | None = None) -> PlanningContext:
-        """What a cycle plans in, from `start` (6,); None: from where its command starts to act."""
-        mpcc = self.core(s)
+    def context(
+        self, s: ControllerState, clock: CycleClock, start: Array | None = None
+    ) -> tuple[ControllerState, PlanningContext]:
+        """The state with the present target of its segment, and what a cycle plans in, from `start` (6,);
+        None: from where its command starts to act."""
+        mpcc, active = self.core(s), self._active
+        target = _target(s, mpcc.part, active.cusp)
+        if target != s.task.target:
+            s = replace(s, task=replace(s.task, target=target))
         if start is None:
             start = start_of(s, mpcc.part, mpcc.config)
-        return context_of(s, start, mpcc, self._active.profile, clock)
+        return s, context_of(s, start, mpcc, active.profile, clock)
 
-    def target(self, s: ControllerState) -> Target:
-        """The target of the active segment."""
-        part, end, goal = self.core(s).part, s.task.segment.end, s.goal.pose
-        config = self._active.mpcc.config
-        if s.task.segment.target is not None:
-            return s.task.segment.target(part, goal)
-        if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target)
-        if end is SegmentEnd.CUSP and config.arrival:
-            then = s.task.later[0]
-            # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
-            shorter = min(s.task.segment.length, then.length)
-            share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2
-            return ended_at(part, self._cusp(s, part), then.wheels, share)
+
+def _target(s: ControllerState, part: PathPart, cusp: Pose2 | None) -> Target:
+    """The target of the active segment; `cusp`: where it is to change its direction, or None."""
+    segment, goal = s.task.segment, s.goal.pose
+    if segment.target is not None:
+        return segment.target(part, goal)
+    if segment.end is SegmentEnd.GOAL and goal is not None:
+        return goal_on(part, goal, s.task.target)
+    if cusp is None:
         return path_end(part)
-
-    def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:
-        segment, changes = s.task.segment, s.area.changes
-        if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
-            pose = cusp_pose(part.last, s.area.corridor, segment, self._active.mpcc.config)
-            self._cusp_of = segment, changes, pose
-        return self._cusp_of[2]
+    then = s.task.later[0]
+    # Turning the wheels while driving costs heading at the end; a short segment mends little of it.
+    share = min(min(segment.length, then.length) / WHOLE_TOLERANCE, 1.0) ** 2
+    return ended_at(part, cusp, then.wheels, share)
 
 
 def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: ControllerConfig) -> Pose2:

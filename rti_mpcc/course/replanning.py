@@ -13,7 +13,7 @@ from math import tan
 
 import numpy as np
 
-from geometry import Area, Pose2, ReferencePath
+from geometry import Area, Pose2
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import route_start
@@ -22,7 +22,7 @@ from rti_mpcc.course.context import OFF_PATH
 from rti_mpcc.course.docking_time import estimated_docking_time
 from rti_mpcc.course.route_start import OUT_OF_REACH
 from rti_mpcc.course.transitions import onto_route, without_route
-from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.targets import apart
@@ -40,7 +40,6 @@ _JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined with
 _SLICES = 3  # of planning in one cycle, at most
 _SLICES_AT_REST = 9  # of a vehicle that stands and waits for its route
 INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
-NO_MANOEUVRE = 1.0  # [m], length of the straight route of a vehicle that stands without a manoeuvre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,9 +112,10 @@ class Replanner:
         if not changes:
             return s
         self._area = area
-        request = self._request
+        request, found = self._request, None if self._planning is None else self._planning.manoeuvre
+        failed = found is not None and not found.found
         if request is not None and (
-            self._failed or route_start.are_between(request.start, request.goal, changes, self._config)
+            failed or route_start.are_between(request.start, request.goal, changes, self._config)
         ):
             self.forget()
         self._outdated = self._planning is not None
@@ -125,22 +125,20 @@ class Replanner:
         """The state with another route, if one is needed and found, or without any, if one is needed."""
         route = s.route
         assert route is not None
-        if _stays(s):
+        if s.task.phase is Phase.WAITING or route.fixed:
             return s
         if s.task.phase is Phase.PLANNING:
             here = route_start.here(s, self._config)
             if apart(here, s.path.start) > OFF_PATH:
                 # It is first measured there, or was relocated: nothing would be driven so far off a route.
-                s = without_route(s, *standing_route(here), route.replan_reason)
-            return self._with_result(s)
-        why = self._replan_reason(s)
-        if why and s.on_planned_route:
-            s = without_route(s, *standing_route(route_start.here(s, self._config)), why)
+                s = without_route(s, here, route.replan_reason)
+        elif (why := self._replan_reason(s)) and s.on_planned_route:
+            s = without_route(s, route_start.here(s, self._config), why)
         else:
             wanted = route.request if why or s.task.drives else ""
             if (why, wanted) != (route.replan_reason, route.request):
                 s = replace(s, route=replace(route, replan_reason=why, request=wanted))
-        return self._with_result(s)
+        return s if self._planning is None else self._with_result(s)
 
     def area_known(self, s: ControllerState) -> Area:
         """The area with all known static obstacles."""
@@ -150,7 +148,7 @@ class Replanner:
         """The state of a vehicle that leaves its route and replans in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        return without_route(s, *standing_route(route_start.here(s, self._config)), why)
+        return without_route(s, route_start.here(s, self._config), why)
 
     def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
         """The state of a vehicle that leaves its route for a manoeuvre, which is not replaced."""
@@ -230,7 +228,7 @@ class Replanner:
 
     def _needed(self, s: ControllerState) -> ReplanRequest | None:
         monitor, route = s.vehicle.monitor, s.route
-        if route is None or s.goal.rejected:
+        if route is None or route.fixed or s.goal.rejected or s.task.phase is Phase.WAITING:
             return None
         # A search continues while the vehicle stands, and its route is driven if it is asked for again.
         started = self._planning is not None and s.task.phase is not Phase.HOLDING
@@ -239,7 +237,7 @@ class Replanner:
         if not waits and not (s.task.drives and (s.task.stop is not None or route.request)):
             return None
         goal = s.goal_pose
-        if goal is None or monitor.state is None or monitor.doubt or _stays(s):
+        if goal is None or monitor.state is None or monitor.doubt:
             return None
         if waits:
             if not s.vehicle.is_stationary(s.clock.now, s.vehicle.dead_time):
@@ -264,27 +262,19 @@ class Replanner:
         part = s.task.segment.part
         return ReplanRequest(start=part.pose(min(stop.at, part.end)), goal=goal, area=s.area)
 
-    @property
-    def _failed(self) -> bool:
-        """Whether the search has ended without a route."""
-        found = None if self._planning is None else self._planning.manoeuvre
-        return found is not None and not found.found
-
     def _found(self) -> Manoeuvre | None:
         """The result of the search; None: none yet, or none that is clear in the present area."""
         found = None if self._planning is None else self._planning.manoeuvre
         if found is None or not self._outdated:
             return found
         self._outdated = False
-        if not self._failed and route_start.is_clear(found, self._area, self._config):
+        if found.found and route_start.is_clear(found, self._area, self._config):
             return found
         self.forget()
         return None
 
     def _with_result(self, s: ControllerState) -> ControllerState:
         """With the route that was found for where the vehicle is, or the reason why there is none."""
-        if self._planning is None:
-            return s
         found, route, config = self._found(), s.route, self._config
         if found is None or route is None or self._request is None:
             return s
@@ -315,11 +305,6 @@ class Replanner:
         return onto_route(s, found, updated)
 
 
-def _stays(s: ControllerState) -> bool:
-    """Whether it never replans now."""
-    return s.task.phase is Phase.WAITING or (s.route is not None and s.route.fixed)
-
-
 def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> ReplanRequest | None:
     """From where the driven plan will be in `after` [s]; None: it stands there."""
     plan, at = s.plans.driven, s.clock.now + after
@@ -341,12 +326,6 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
         incoming=(direction, curvature),
         stopping=speed**2 / (2.0 * config.comfort_acceleration),
     )
-
-
-def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
-    """A straight route where the vehicle stands; it is not driven."""
-    path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
-    return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)
 
 
 def _takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -55,7 +56,7 @@ def rescheduled(s: ControllerState, context: PlanningContext) -> ControllerState
 def successor_due(s: ControllerState, context: PlanningContext) -> HorizonObjective | None:
     """The objective that takes over from here on, by the way left along the path, or None."""
     left = context.target.stop - float(context.state[THETA])
-    return s.task.objective.successor(left) if context.free else None
+    return None if s.task.end is SegmentEnd.STOP else s.task.objective.successor(left)
 
 
 def too_late(s: ControllerState, context: PlanningContext) -> bool:

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 
-from geometry import ReferencePath
+from geometry import Pose2, ReferencePath
 from rti_mpcc.course import conditions
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, Segments
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.state import (
     DRIVING,
     ControllerState,
@@ -31,6 +31,7 @@ Condition = Callable[[ControllerState, PlanningContext], bool]
 
 STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING, WAITING = ANY = tuple(Phase)
 SEEKING = (STARTING, *DRIVING)
+NO_MANOEUVRE = 1.0  # [m], length of the straight route of a vehicle that stands without a manoeuvre
 ON_ROUTE = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
 
 
@@ -62,8 +63,7 @@ class Event(Enum):
     STOP_IS_HERE = (STARTING,), HOLDING, "it ends right here, before an obstacle: the vehicle stays"
     STANDS_BLOCKED = SEEKING, STARTING, "the vehicle has stood blocked for a while: it searches again"
     PLAN_LOST = (*SEEKING, SETTLING), STARTING, "no plan may be driven: the vehicle brakes"
-    GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as the goal is too uncertain"
-    GOAL_REJECTED = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as no given goal was accepted"
+    GOAL_LOST = (*SEEKING, SETTLING, STALLED), STARTING, "it stands, as its goal is rejected or too uncertain"
     RELOCALISED = (*SEEKING, STALLED), STARTING, "the vehicle is relocalised"
     OVERLAP = ON_ROUTE, STARTING, "the body overlaps something"
     SEGMENT_ENDED = ON_ROUTE, STARTING, "the vehicle stands at a cusp: the next segment starts"
@@ -90,9 +90,10 @@ _BY_CONDITION = {p: [(e.when, e.to) for e in Event if e.when and p in e.sources]
 
 def transition_by_condition(s: ControllerState, context: PlanningContext) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
-    since = conditions.outside_since(s, context)
-    if since != s.task.outside_since:
-        s = replace(s, task=replace(s.task, outside_since=since))
+    if s.task.phase in (SETTLING, HOLDING):
+        since = conditions.outside_since(s, context)
+        if since != s.task.outside_since:
+            s = replace(s, task=replace(s.task, outside_since=since))
     for holds, phase in _BY_CONDITION[s.task.phase]:
         if holds(s, context):
             s = _entering(s, phase)
@@ -157,11 +158,18 @@ def next_segment(s: ControllerState) -> ControllerState:
     )
 
 
-def without_route(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
-    """Stand on this route of no length until a route is planned."""
+def standing_route(here: Pose2) -> tuple[ReferencePath, Task]:
+    """A straight route where the vehicle stands, which is not driven, and the task on it."""
+    path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
+    return path, Task(segment=Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP))
+
+
+def without_route(s: ControllerState, here: Pose2, why: str) -> ControllerState:
+    """Stand here until a route is planned."""
     assert s.route is not None
     route = replace(s.route, replan_reason=why, request="", since=s.clock.now, fixed=False)
-    task = Task.of(segments, yielding=_lasting_yielding(s))
+    path, task = standing_route(here)
+    task = replace(task, yielding=_lasting_yielding(s))
     s = replace(s, path=path, task=task, plans=Plans(), route=route, start_state=None)
     return transition_on(s, Event.ROUTE_LOST)
 

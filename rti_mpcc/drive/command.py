@@ -21,6 +21,7 @@ from rti_mpcc.drive import holding
 from rti_mpcc.drive.fallback import ControlInput, stopping_motion
 from rti_mpcc.drive.search import SqpResult
 from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, going_out, measured_steering
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
@@ -111,14 +112,10 @@ def diagnose(
 
 
 def command(
-    decision: ControlDecision,
-    status: Status,
-    s: ControllerState,
-    config: ControllerConfig,
-    diagnostics: Diagnostics,
+    decision: ControlDecision, s: ControllerState, config: ControllerConfig, diagnostics: Diagnostics
 ) -> Command:
     """The command of a cycle."""
-    control, plan = decision.control, decision.trajectory
+    control, plan, status = decision.control, decision.trajectory, status_of(decision.verdict, s.task)
     if s.clock.offset:
         times = plan.times - s.clock.offset
         read_only(times)
@@ -153,7 +150,7 @@ def emergency(
     motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     decision = ControlDecision(control, verdict, motion, SqpResult(solutions=(), problem=str(verdict)))
     diagnostics = diagnose(decision, state, s.goal.pose or pose, s, clock, InputReport())
-    return command(decision, status_of(verdict, s.task), s, config, diagnostics)
+    return command(decision, s, config, diagnostics)
 
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
@@ -197,7 +194,9 @@ def why_stalled(s: ControllerState, context: PlanningContext) -> str:
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
-    what = ("the path's end" if at_end else "the goal") if context.ends_at_goal else "the end of this segment"
+    what = "the path's end" if at_end else "the goal"
+    if s.task.end is not SegmentEnd.GOAL:
+        what = "the end of this segment"
     why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
     if why:
         return why

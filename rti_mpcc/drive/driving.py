@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf
-from typing import NamedTuple
 
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check, conditions, schedule
@@ -19,7 +18,6 @@ from rti_mpcc.drive.search import SqpResult
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, V
-from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.state import ControllerState, Phase, Yielding
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 from rti_mpcc.world import goal_setpoint
@@ -30,11 +28,8 @@ WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the whe
 WHEELS_REACH = 0.5  # [m] from its start, at most
 
 
-class Driven(NamedTuple):
-    """The state after a decision, and the decision."""
-
-    s: ControllerState
-    decision: ControlDecision
+Driven = tuple[ControllerState, ControlDecision]
+"""The state after a decision, and the decision."""
 
 
 def driven(s: ControllerState, context: PlanningContext) -> Driven:
@@ -44,7 +39,7 @@ def driven(s: ControllerState, context: PlanningContext) -> Driven:
         late = Reason.LATE.message
         last = _continue_plan(after, s, context, late, decision.attempt, whole=False)
         after, decision = last or _stop(after, context, Verdict(Reason.LATE), attempt=decision.attempt)
-    return Driven(after, decision)
+    return after, decision
 
 
 def _decided(s: ControllerState, context: PlanningContext) -> Driven:
@@ -61,14 +56,14 @@ def _decided(s: ControllerState, context: PlanningContext) -> Driven:
     if beyond:
         return _give_up(s, context, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:
-        s = transition_on(s, Event.GOAL_REJECTED) if s.vehicle.stands else s
+        s = transition_on(s, Event.GOAL_LOST) if s.vehicle.stands else s
         rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
         return _stop(s, context, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context), context)
     s = schedule.rescheduled(s, context)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
-    waiting = "" if stays else conditions.must_wait(s, context)
-    if waiting and s.vehicle.stands:
+    waiting = conditions.must_wait(s, context) if s.vehicle.stands and not stays else ""
+    if waiting:
         return _stop(transition_on(s, Event.GOAL_LOST), context, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context)
 
@@ -121,7 +116,7 @@ def _turning_wheels(s: ControllerState, context: PlanningContext) -> Driven | No
         return None
     control = fallback.turn_wheels(context.state, angle, context.config)
     motion = fallback.braking(context, context.config.comfort_acceleration)
-    return Driven(s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion))
+    return s, ControlDecision(control, Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"), motion)
 
 
 def _drive(s: ControllerState, context: PlanningContext) -> Driven:
@@ -129,7 +124,7 @@ def _drive(s: ControllerState, context: PlanningContext) -> Driven:
     if _needs_another_plan(s, context):
         s, decision = _change_over(s, context)
         if decision is not None:
-            return Driven(s, decision)
+            return s, decision
     successor = schedule.successor_due(s, context)
     if successor is not None:
         s = replace(s, task=replace(s.task, successor=successor), plans=replace(s.plans, solution=None))
@@ -188,7 +183,7 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
         return _stop(s, context, verdict)
     motion = fallback.braking(context, context.config.comfort_acceleration)
     control, hold = holding.control(hold, s, context)
-    return Driven(holding.balanced(s, hold, context.config), ControlDecision(control, verdict, motion))
+    return holding.balanced(s, hold, context.config), ControlDecision(control, verdict, motion)
 
 
 def _at_goal(s: ControllerState, context: PlanningContext) -> Verdict:
@@ -232,16 +227,12 @@ def _change_over(
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
-    An arrival that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later,
-    from nearer.
+    One that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later, from
+    nearer.
     """
     found, attempt = first_plan(s, context)
-    cruises, too_late = s.task.phase is Phase.CONTOURING, schedule.too_late(s, context)
-    if cruises:
-        in_vain = attempt.corridor_infeasible and not (attempt.out_of_time or too_late)
-    else:
-        in_vain = not attempt.problem and _ends_elsewhere(found, attempt.plan, context)
-    if in_vain:
+    too_late = schedule.too_late(s, context)
+    if attempt.corridor_infeasible and not (attempt.out_of_time or too_late):
         return replace(s, route=found.route, task=replace(s.task, last_attempt=s.clock.now)), None
     if not attempt.problem:
         return _accept(found, context, attempt, found.plans.solution)
@@ -277,8 +268,8 @@ def _needs_another_plan(s: ControllerState, context: PlanningContext) -> bool:
 
 def _ends_elsewhere(s: ControllerState, plan: Trajectory, context: PlanningContext) -> bool:
     """Whether an arrival's plan misses its target: it has jumped, or the iterations got stuck."""
-    arrives = s.task.arrival is not None and context.free
-    return arrives and context.missed_by(plan, GOAL_CLIP)
+    arrives = s.task.arrival is not None and s.task.end is not SegmentEnd.STOP
+    return arrives and context.missed_by(plan)
 
 
 # -- the steps of the fallback --------------------------------------------------------------------------
@@ -294,8 +285,8 @@ def _accept(
     plan = attempt.plan
     s, decision = _follow_plan(s, context, plan, attempt)
     if decision.control.source is Source.SOLUTION:
-        return Driven(plan_accepted(s, plan, solution), decision)
-    return Driven(replace(s, plans=replace(s.plans, solution=solution)), decision)
+        return plan_accepted(s, plan, solution), decision
+    return replace(s, plans=replace(s.plans, solution=solution)), decision
 
 
 def _continue_plan(
@@ -321,8 +312,8 @@ def _doubt(s: ControllerState, context: PlanningContext) -> Driven:
     if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
         last = _continue_plan(s, s, context, context.doubt)
         if last is not None:
-            doubted = Verdict(Reason.STATE_DOUBTED, str(last.decision.verdict))
-            return Driven(last.s, replace(last.decision, verdict=doubted))
+            after, decision = last
+            return after, replace(decision, verdict=Verdict(Reason.STATE_DOUBTED, str(decision.verdict)))
     return _give_up(s, context, context.doubt)
 
 
@@ -368,7 +359,7 @@ def _follow_plan(
         return _stop(s, context, uncertain, attempt=attempt, along=plan)
     verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context)
     source = Source.SHIFTED_PLAN if problem else Source.SOLUTION
-    return Driven(s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt))
+    return s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt)
 
 
 def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
@@ -392,7 +383,7 @@ def _in_contact(s: ControllerState, context: PlanningContext, overlap: Overlap) 
         )
     if motion is not None:
         verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
-        return Driven(s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion))
+        return s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion)
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
     shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = context.config.comfort_acceleration if shallow else context.config.limits.acceleration
@@ -410,8 +401,7 @@ def _watching(s: ControllerState, context: PlanningContext) -> ControllerState:
     if changed:
         # A static obstacle behind the plan's end is no reason to stop.
         end = fallback.distance_to_end(plan, context.state)
-        least = context.config.clearance.least
-        distance = min(distance, collision_check.distance_to_contact(s, slowing, context.config, end, least))
+        distance = min(distance, collision_check.distance_to_contact(s, slowing, context.config, end))
     if distance == inf:
         return s
     return meeting(_yielding(s, distance, inf), slowing, distance, "", context.config)
@@ -456,4 +446,4 @@ def _stop(
         motion, needed = fallback.braking_in_time(s, context, wanted, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
         control = fallback.brake(state, needed, config, rate, before)
-    return Driven(s, ControlDecision(control, verdict, motion, attempt))
+    return s, ControlDecision(control, verdict, motion, attempt)

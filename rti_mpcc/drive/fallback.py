@@ -1,16 +1,7 @@
-"""The fallback: which plan is driven, what is driven if there is none, and the motions that brake to rest.
+"""The fallback, step by step (docs/method.md, "What is driven"), and the motions that brake to rest.
 
-1. The solution of this cycle, unless there is a `drive.search.rejection_reason`: its QP is solved, it is
-   finite, starts within the input limits, obeys the dynamics for 2 s, and goes past everything in its way.
-2. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
-   most `PLAN_LIFE`, and as long as the vehicle is within `PLAN_OFFSET` of it.
-3. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill, until there is a
-   plan again, from a new first guess.
-
-Plans of 1 and 2 are checked with the exact body: one that is not clear over the distance that a stop in
-comfort needs, and a share more, is not driven; the vehicle brakes along its last plan, as gently as it stops
-in time. It stays blocked until the plan has been clear for a while, see `driving._yielding`. Every command
-passes `drive.limiter`.
+A plan that is not clear is not driven: the vehicle brakes along its last plan, as gently as it stops in time.
+It stays blocked until the plan has been clear for a while, see `driving._yielding`.
 """
 
 from __future__ import annotations
@@ -153,7 +144,7 @@ def settling_deceleration(context: PlanningContext) -> float:
     config = context.config
     before, comfort = context.deceleration, config.comfort
     # What the soft end of `brake` takes more than to brake on to the end.
-    left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
+    left = -context.mpcc.part.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
     least = SETTLING_LEAST * comfort.acceleration
     most = min(SETTLING_FACTOR * comfort.acceleration, config.limits.acceleration)
     wanted = most if left <= 0.0 else _eased(context.speed, left, before, config.cycle)

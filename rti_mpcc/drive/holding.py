@@ -116,11 +116,8 @@ def stays_put(s: ControllerState) -> bool:
     return s.task.phase in STAYING and s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
 
 
-def undocked(before: ControllerState, after: ControllerState, context: PlanningContext) -> str:
-    """The remark in the cycle in which a docked vehicle is no longer docked, else ""."""
-    held, holds = before.task.hold, after.task.hold
-    if held is None or held.docked is None or holds is not None:
-        return ""
+def undocked(context: PlanningContext) -> str:
+    """The remark in the cycle in which a docked vehicle is no longer docked."""
     far, turned = hypot(context.error.x, context.error.y), degrees(abs(context.error.phi))
     said = f"no longer docked: the vehicle is {far:.3f} m and {turned:.1f} deg from the goal"
     _log.info("%s", said)
@@ -129,10 +126,9 @@ def undocked(before: ControllerState, after: ControllerState, context: PlanningC
 
 def not_dead_reckoned(s: ControllerState) -> ControllerState:
     """A docked vehicle that a brake holds is not reckoned to move, whatever it is commanded."""
-    hold, monitor = s.task.hold, s.vehicle.monitor
-    if hold is None or hold.docked is None or s.vehicle.motion.spread() > 0.0:
+    if s.vehicle.motion.spread() > 0.0:
         return s
-    monitor = replace(monitor, dead_reckoned=monitor.measured)
+    monitor = replace(s.vehicle.monitor, dead_reckoned=s.vehicle.monitor.measured)
     return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 

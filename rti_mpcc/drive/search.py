@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot, radians
+from math import radians
 
 import numpy as np
 
@@ -16,10 +16,8 @@ from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, Solution
 from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.model.bicycle import Extremes, extremes
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import GOAL_CLIP
-from rti_mpcc.ocp.targets import Target
 from rti_mpcc.state import ControllerState, Plans, SuspendedSearch
 from rti_mpcc.types import Objective, Trajectory
 
@@ -69,12 +67,6 @@ class SqpResult:
         """The last iterate."""
         return self.solutions[-1].trajectory
 
-    def then(self, other: SqpResult) -> SqpResult:
-        """Both in order: the second counts, unless there was no time for it."""
-        if not other.solutions:
-            return self
-        return replace(other, solutions=(*self.solutions, *other.solutions))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InitialIterate:
@@ -82,8 +74,7 @@ class InitialIterate:
 
     Attributes:
         last: the solution to resume; guess: or a trajectory to start from.
-        least, most: numbers of iterations; settled: fewer than `least` if one of them moves the plan by less
-            than this for each second ahead [m/s].
+        least, most: numbers of iterations; fewer than `least` if two plans are `SETTLED`.
         first: for the first plan of an objective, which must not go through anything static.
         reaching: until it ends within the tolerance of its target.
         damping: see `RtiMpcc.prepare`.
@@ -94,7 +85,6 @@ class InitialIterate:
     most: int
     damping: float
     least: int = 1
-    settled: float = 0.0
     first: bool = False
     reaching: bool = False
 
@@ -111,33 +101,24 @@ def from_last(plans: Plans) -> InitialIterate:
     return InitialIterate(last=solution, most=ITERATIONS, damping=damping)
 
 
-def from_guess(guess: Trajectory) -> InitialIterate:
-    """The first plan of an objective."""
+def first_iterate(s: ControllerState, context: PlanningContext) -> InitialIterate:
+    """The first plan of the chosen objective, from a guess or from where its search was suspended."""
+    started = s.plans.suspended
+    last, done = (None, 0) if started is None else (started.solution, started.iterations)
     return InitialIterate(
-        guess=guess,
+        last=last,
+        guess=_first_guess(s, context) if last is None else None,
         first=True,
-        least=FIRST_ITERATIONS,
-        settled=SETTLED,
-        most=ITERATIONS,
+        least=max(FIRST_ITERATIONS - done, 1),
+        most=max(ITERATIONS - done, 1),
         damping=FIRST_DAMPING,
     )
 
 
 def further(attempt: SqpResult) -> InitialIterate:
-    """As many iterations again, for a plan that has not converged far ahead."""
-    started = from_guess(attempt.plan)
-    return replace(started, last=attempt.solved, guess=None, least=started.most, settled=0.0)
-
-
-def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
-    """The first plan of an objective, resumed; `guess`: for a search without a solution."""
-    started, done = from_guess(guess), search.iterations
-    return replace(
-        started,
-        last=search.solution,
-        guess=guess if search.solution is None else None,
-        least=max(started.least - done, 1),
-        most=max(started.most - done, 1),
+    """As many iterations again, for a plan that does not reach its target yet."""
+    return InitialIterate(
+        last=attempt.solved, first=True, reaching=True, most=ITERATIONS, damping=FIRST_DAMPING
     )
 
 
@@ -153,11 +134,12 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
         found = _iterate(s, context, start)
         solutions.append(found)
         problem = rejection_reason(found, context.config, s.vehicle.disturbance)
-        corridor_infeasible = start.first and _corridor_infeasible(
-            found, context.target, context.config, arriving=s.task.arrival is not None
+        corridor_infeasible = start.first and (
+            found.most_slack > BLOCKED_SLACK
+            or (s.task.arrival is not None and context.missed_by(found.trajectory))
         )
         out_of_time = found.stopped is not None and found.stopped.status == TIME_IS_UP
-        enough = len(solutions) >= start.least or _settled(solutions, start.settled)
+        enough = len(solutions) >= start.least or _settled(solutions)
         fits = enough and not problem and not corridor_infeasible
         fits = fits and (not start.reaching or context.reached_by(found.trajectory))
         if fits or not found.solved:
@@ -171,13 +153,13 @@ def converge(s: ControllerState, context: PlanningContext, start: InitialIterate
     )
 
 
-def _settled(solutions: Sequence[Solution], speed: float) -> bool:
-    """Whether the last two plans part by less than `speed` [m/s]."""
-    if len(solutions) < 2 or speed == 0.0:
+def _settled(solutions: Sequence[Solution]) -> bool:
+    """Whether the last two plans part by less than `SETTLED`."""
+    if len(solutions) < 2:
         return False
     before, now = (solution.trajectory for solution in solutions[-2:])
     apart = np.hypot(*(now.states - before.states)[1:, [X, Y]].T)
-    return bool((apart <= speed * (now.times[1:] - now.times[0])).all())
+    return bool((apart <= SETTLED * (now.times[1:] - now.times[0])).all())
 
 
 def _iterate(s: ControllerState, context: PlanningContext, start: InitialIterate) -> Solution:
@@ -207,8 +189,6 @@ def suspended(
     if not attempt.out_of_time:
         return s.suspending(None)
     before = s.plans.suspended
-    if before is not None and not attempt.solutions:
-        return s
     search = SuspendedSearch(
         solution=attempt.solved or (before.solution if before else None),
         iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
@@ -218,8 +198,7 @@ def suspended(
     return s.suspending(search)
 
 
-def first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
-    """The trajectory at which the iterations of the chosen objective start."""
+def _first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
     config, arrival, course = context.config, s.task.arrival, Course(context.mpcc.part, context.target)
     horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
@@ -231,16 +210,6 @@ def first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
     """Whether the last iterate goes past everything to within a share of the target's tolerance."""
     return attempt.fits and context.reached_by(attempt.plan, share)
-
-
-def _corridor_infeasible(
-    solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
-) -> bool:
-    if solution.most_slack > BLOCKED_SLACK:
-        return True
-    end, (position, heading) = solution.trajectory.states[-1], GOAL_CLIP
-    left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
-    return arriving and (left > position or abs(end[PHI] - target.pose.phi) > heading)
 
 
 def rejection_reason(

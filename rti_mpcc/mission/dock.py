@@ -140,11 +140,6 @@ class Dock(DrivingStep):
         return self.pose is None
 
     @property
-    def needs_routes(self) -> bool:
-        """Whether a route to its pose is planned."""
-        return self.pose is not None
-
-    @property
     def body_at_pose(self) -> Array | None:
         """The outline of its body at its pose."""
         return None if self.pose is None else self.body_at(self.pose)
@@ -155,9 +150,8 @@ class Dock(DrivingStep):
         # That of its path, or given on the way.
         own = self.pose is None and mission_state.own_goal == s.goal.planned
         if own or area is None:
-            goal = s.goal_pose or (None if s.on_planned_route else s.path.end)
             order = Resume() if s.task.phase is Phase.WAITING else None
-            return Started(mission_state.at(None), order, goal, goal)
+            return Started(mission_state.at(None), order, s.goal_pose, s.goal_pose)
         known = self.pose or mission_state.unused_goal or mission_state.own_goal
         goal = known or (None if s.route is None else s.route.end)
         if goal is None:
@@ -179,7 +173,7 @@ class Dock(DrivingStep):
 
         Where that was not known at the start of the step, it is where the step is to end.
         """
-        pose = s.goal_pose or (None if s.on_planned_route else s.path.end)
+        pose = s.goal_pose
         if pose is None:
             return mission_state
         dock_state = mission_state.dock_state

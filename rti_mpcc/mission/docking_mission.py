@@ -253,11 +253,8 @@ class DockingMission:
             return replace(dock_state, body_at=pose or dock_state.pose)
         if not self.docks or estimate is None or pose is None or estimate.status is not GoalStatus.TRACKING:
             return dock_state
-        return (
-            dock_state
-            if pose.relative_to(dock_state.body_at).within(_BODY_MOVED)
-            else replace(dock_state, body_at=None)
-        )
+        near = pose.relative_to(dock_state.body_at).within(_BODY_MOVED)
+        return dock_state if near else replace(dock_state, body_at=None)
 
     def _report(self, pending: PendingStep | None) -> MissionReport:
         """The progress; `pending` was under way in this cycle, or is to start; None: no step was left."""

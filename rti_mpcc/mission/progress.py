@@ -36,8 +36,6 @@ def start_step(at: StepStart) -> Started:
         started.mission_state,
         started=s.clock.now,
         stopping_since=None,
-        docked_since=None,
-        trouble=None,
         reason="",
         log=(*mission_state.log, record),
     )

@@ -178,7 +178,7 @@ class Step(Validated):
     @property
     def needs_routes(self) -> bool:
         """Whether it needs a controller that plans routes."""
-        return True
+        return not self.takes_goal
 
     @property
     def body_at_pose(self) -> Array | None:

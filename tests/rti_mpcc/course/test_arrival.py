@@ -31,7 +31,7 @@ def cubic(distance: float, speed: float, duration: float, t: float) -> tuple[flo
 
 @pytest.mark.parametrize(("distance", "speed"), CASES)
 def test_the_last_deceleration_is_the_comfort_one(distance: float, speed: float) -> None:
-    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT)
     assert cubic(distance, speed, duration, duration)[2] == pytest.approx(-COMFORT)
 
 
@@ -40,19 +40,19 @@ def test_the_last_deceleration_is_the_comfort_one(distance: float, speed: float)
 def test_along_its_own_cubic_the_time_to_go_falls_by_the_time_passed(
     distance: float, speed: float, share: float
 ) -> None:
-    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT)
     driven, now, _ = cubic(distance, speed, duration, share * duration)
-    left = time_to_go(distance - driven, now, COMFORT, LEAST)
+    left = time_to_go(distance - driven, now, COMFORT)
     assert left == pytest.approx(max((1.0 - share) * duration, LEAST))
 
 
 def test_from_rest_it_is_the_square_root_of_six_ways() -> None:
-    assert time_to_go(24.0, 0.0, 0.4, LEAST) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
+    assert time_to_go(24.0, 0.0, 0.4) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
 
 
 def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration() -> None:
     distance, speed = 5.0, 4.0
-    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT)
     assert duration == pytest.approx(2.0 * distance / speed)
     accelerations = [cubic(distance, speed, duration, t)[2] for t in (0.0, 0.5 * duration, duration)]
     np.testing.assert_allclose(accelerations, -(speed**2) / (2.0 * distance))
@@ -60,7 +60,7 @@ def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration()
 
 @pytest.mark.parametrize(("distance", "speed"), [*CASES, (5.0, 4.0), (6.7, 2.0)])
 def test_the_peak_speed_is_the_highest_on_the_cubic(distance: float, speed: float) -> None:
-    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT)
     speeds = [cubic(distance, speed, duration, t)[1] for t in np.linspace(0.0, duration, 20_001)]
     assert peak_speed(distance, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
 
@@ -70,9 +70,9 @@ def test_under_a_bound_it_is_a_cubic_up_to_it_and_one_down_from_it() -> None:
     distance, bound = 40.0, 2.0
     ramp = 2.0 * bound / COMFORT
     expected = distance / bound + 2.0 / 3.0 * ramp
-    got = time_to_go(distance, 0.0, COMFORT, LEAST, np.full(400, bound))
+    got = time_to_go(distance, 0.0, COMFORT, np.full(400, bound))
     assert got == pytest.approx(expected, rel=2e-3)
-    assert got > time_to_go(distance, 0.0, COMFORT, LEAST)
+    assert got > time_to_go(distance, 0.0, COMFORT)
 
 
 def narrow(distance: float) -> Array:
@@ -86,7 +86,7 @@ def narrow(distance: float) -> Array:
 @pytest.mark.parametrize("speed", [0.0, 0.8])
 def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, later: float) -> None:
     distance, allowed = 40.0, narrow(40.0)
-    duration = later * time_to_go(distance, speed, COMFORT, LEAST, allowed)
+    duration = later * time_to_go(distance, speed, COMFORT, allowed)
     elapsed = np.linspace(0.0, duration, 2001)
     s, rate = profiled_motion(elapsed, distance, speed, COMFORT, allowed)
     assert s[0] == 0.0
@@ -104,7 +104,7 @@ def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, l
 def test_where_any_speed_is_allowed_both_motions_are_the_one_of_least_energy(
     distance: float, speed: float
 ) -> None:
-    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT)
     elapsed = np.linspace(0.0, duration, 20)
     expected = [cubic(distance, speed, duration, t)[:2] for t in elapsed]
     np.testing.assert_allclose(np.transpose(cubic_motion(elapsed, distance, speed)), expected, atol=1e-9)

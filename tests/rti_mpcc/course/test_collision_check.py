@@ -22,7 +22,6 @@ from rti_mpcc.world.world import VehicleEstimate
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig(dead_time=0.18)
-LEAST = CONFIG.clearance.least
 WALL_AT = 20.0
 
 
@@ -60,7 +59,7 @@ def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0,
 
 
 def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
-    return collision_check.distance_to_contact(known(around(inside)), plan, CONFIG, reach, LEAST)
+    return collision_check.distance_to_contact(known(around(inside)), plan, CONFIG, reach)
 
 
 @pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
