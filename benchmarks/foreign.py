@@ -268,12 +268,14 @@ def drive(
         after_docked: seconds that the ride goes on for after the first DOCKED; None: to its end.
     """
     rng, plant = np.random.default_rng(seed), Plant(car, np.array((start.x, start.y, start.phi, 0.0, 0.0)))
-    rows, per_cycle = [np.array((0.0, *plant.state))], max(round(cycle / STEP), 1)
+    per_cycle = max(round(cycle / STEP), 1)
+    rows, count = np.empty((round(seconds / STEP) + per_cycle + 2, 6)), 1
+    rows[0] = 0.0, *plant.state
     commands: list[Command] = []
     stamps: list[float] = []
     docked: float | None = None
     while plant.time < seconds - 1e-9:
-        history = np.array(rows[-2000:])
+        history = rows[:count]
         given: dict[str, object] = {}
         if goal is not None and not commands:
             given["goal"] = goal
@@ -288,8 +290,9 @@ def drive(
             break
         for _ in range(per_cycle):
             plant.advance(events)
-            rows.append(np.array((plant.time, *plant.state)))
-    return Ride(np.array(rows), tuple(commands), np.array(stamps), car)
+            rows[count] = plant.time, *plant.state
+            count += 1
+    return Ride(rows[:count].copy(), tuple(commands), np.array(stamps), car)
 
 
 def at_time(history: Array, before: float) -> Array:

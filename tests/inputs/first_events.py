@@ -1,10 +1,11 @@
-"""Drive until one kind of event first takes place, and print what its cycles load. For a fresh process:
+"""Drive until each kind of event first takes place, and print what its cycles load. For a fresh process:
 
-    python -m tests.inputs.first_events KIND FOLDER
+    python -m tests.inputs.first_events FOLDER KIND...
 
-A controller is made and makes one ordinary cycle. From then on each cycle is watched for modules that are
-imported, files that are opened, Python code that is compiled, and kernels that numba compiles. Nothing is
-imported here but what a loop of a user imports: what else is loaded would not be noticed any more.
+For each kind a controller is made and makes one ordinary cycle. From then on each cycle is watched for
+modules that are imported, files that are opened, Python code that is compiled, and kernels that numba
+compiles. Nothing is imported here but what a loop of a user imports: what else is loaded would not be noticed
+any more.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from rti_mpcc import (
     Wait,
 )
 
-FOLDER = Path(sys.argv[2])
+FOLDER = Path(sys.argv[1])
 CONFIG = ControllerConfig(cycle=0.05, comfort_acceleration=1.2)
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 YARD = Area(boundary=[(-8.0, -8.0), (32.0, -8.0), (32.0, 8.0), (-8.0, 8.0)])
@@ -213,8 +214,9 @@ def first_recorded_detection() -> tuple[Ride, bool]:
 
 
 def main() -> None:
-    ride, happened = globals()[sys.argv[1]]()
-    sys.stdout.write(json.dumps({"loaded": ride.watch.loaded, "happened": happened}))
+    rides = {kind: globals()[kind]() for kind in sys.argv[2:]}
+    found = {kind: {"loaded": ride.watch.loaded, "happened": done} for kind, (ride, done) in rides.items()}
+    sys.stdout.write(json.dumps(found))
 
 
 if __name__ == "__main__":

@@ -113,17 +113,19 @@ def check(kind: str, seed: int, way: str) -> None:
     assert drive.error(GOAL).within(CONFIG.goal_tolerance, OFF), drive.error(GOAL)
 
 
-@pytest.mark.parametrize("kind", ["room", "path", "new box"])
-@pytest.mark.parametrize("way", WAYS)
+KINDS = ("room", "path", "new box")
+
+
+@pytest.mark.parametrize(("way", "kind"), [(way, KINDS[k % 3]) for k, way in enumerate(WAYS)])
 def test_the_same_given_again_changes_nothing(way: str, kind: str) -> None:
     check(kind, 0, way)
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize("kind", ["room", "path", "new box"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", WAYS)
-def test_in_20_places_each(way: str, kind: str) -> None:
-    for seed in range(1, 21):
+def test_in_21_places_each(way: str, kind: str) -> None:
+    for seed in range(21):
         check(kind, seed, way)
 
 

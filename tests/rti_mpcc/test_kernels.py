@@ -10,7 +10,7 @@ from numba.core import config
 
 from tests.processes import printed
 
-SECONDS = 1.5
+SECONDS = 0.8
 DRIVE = f"""
 import json, sys
 from rti_mpcc.simulation import changed, load_scenario, simulate
