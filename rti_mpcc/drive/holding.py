@@ -101,7 +101,10 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
     noise = standstill.NOISE * motion.noise.along
-    slow = abs(speed) * (context.start_time - context.now + UNKNOWN_LAG) <= most + standstill.NOISE * std
+    noisy = standstill.NOISE * motion.noise.speed
+    # Where a swing begins, the mean speed is still small.
+    speed = max(abs(speed) - standstill.NOISE * std, abs(_speed(s, context)) - noisy)
+    slow = speed * (context.start_time - context.now + UNKNOWN_LAG) <= most
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
     off = max(abs(context.error.x), abs(context.standing_error.x))
