@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 
-Function = TypeVar("Function", bound=Callable[..., Any])
 
-
-def called(inner: Function) -> Function:
+def called(inner: Callable[..., Any]) -> Callable[..., Any]:
     """A function that Python can call: numba makes no door to those that only kernels call."""
-
-    @numba.jit(nopython=True, error_model="numpy")
-    def call(*given):  # type: ignore[no-untyped-def]
-        return inner(*given)
-
-    door: Function = call
+    door: Callable[..., Any] = numba.jit(nopython=True, error_model="numpy")(lambda *given: inner(*given))
     return door
