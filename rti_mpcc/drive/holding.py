@@ -101,9 +101,10 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
         return False
     speed, std = motion.pose_speed(standstill.SLIP_TIME)
     noise = standstill.NOISE * motion.noise.along
-    noisy = standstill.NOISE * motion.noise.speed
-    # Where a swing begins, the mean speed is still small.
-    speed = max(abs(speed) - standstill.NOISE * std, abs(_speed(s, context)) - noisy)
+    noisy, now = standstill.NOISE * motion.noise.speed, _speed(s, context)
+    # Where a swing begins, the mean speed is still small, and a moment earlier the speed now.
+    swings = max(abs(now), abs(now + motion.gained(UNKNOWN_LAG))) - noisy
+    speed = max(abs(speed) - standstill.NOISE * std, swings)
     slow = speed * (context.start_time - context.now + UNKNOWN_LAG) <= most
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise

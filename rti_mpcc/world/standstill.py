@@ -13,7 +13,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import cos, exp, inf, sin, sqrt
+from math import copysign, cos, exp, inf, sin, sqrt
 from operator import attrgetter
 
 import numpy as np
@@ -155,6 +155,11 @@ class AxisMotion:
         """The same [m/s], less what noise explains."""
         speed, std = self.pose_speed(seconds)
         return max(abs(speed) - NOISE * std, 0.0)
+
+    def gained(self, seconds: float) -> float:
+        """What the speed gains in so many seconds [m/s] as it did lately, less what noise explains."""
+        change, std = _slope([(m.at, m.speed) for m in self._last(SLIP_TIME)], self.noise.speed)
+        return copysign(max(abs(change) - NOISE * std, 0.0), change) * seconds
 
     def spread(self, seconds: float = WINDOW) -> float:
         """How far the poses of the last `seconds` are apart [m]."""
