@@ -26,7 +26,7 @@ from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
 UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
 CREEPING: dict[str, object] = {"creep": 0.3, "uphill": GOAL[2]}
-SWINGING: dict[str, object] = {"drive_lag": 0.43, "slope": -0.0416, "uphill": 3.899, "creep": 0.3}
+SWINGING: dict[str, object] = {"drive_lag": 0.425, "slope": -0.0015, "uphill": 1.197, "creep": 0.3}
 
 
 @pytest.mark.parametrize(
@@ -42,8 +42,8 @@ SWINGING: dict[str, object] = {"drive_lag": 0.43, "slope": -0.0416, "uphill": 3.
         replace(
             PLAIN, wheelbase=2.24, tolerance=0.016, dead_band=0.1, actuators={**CREEPING, "slope": -0.032}
         ),
-        # Its swing has not ended yet where its poses of the last second hardly differ.
-        replace(PLAIN, wheelbase=5.96, tolerance=0.042, actuators=SWINGING),
+        # Its swing has not ended yet where its speed goes through zero.
+        replace(PLAIN, wheelbase=1.6, tolerance=0.0173, dead_band=0.1, actuators=SWINGING),
     ],
     ids=["slope", "lag", "creep", "dead band", "5 mm", "small", "creep and dead band", "swing"],
 )
