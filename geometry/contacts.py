@@ -17,6 +17,7 @@ out along its left normal. Solid shapes: geometry.flanks.
 from __future__ import annotations
 
 from math import cos, hypot, inf, sin, sqrt
+from typing import Final
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from geometry.shape_grid import (
     ShapeGrid,
     cells_around,
     in_frame,
+    is_among,
     is_new,
     is_off,
     seen_from,
@@ -39,6 +41,8 @@ from geometry.shape_grid import (
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
 """Columns of a contact: signed distance [m], normal, out of the shape, and the point of the piece [m], both
 in the frame of the body; how many these are."""
+_MOST_MET: Final = 32
+"""Shapes near a pose of which it is known that they were met already, in another cell."""
 
 
 def no_contacts(*shape: int) -> Array:
@@ -65,21 +69,23 @@ def line_contacts(
     # lines the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
-    tied = np.empty((slots, MOST_TIED), np.int64)
+    tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
     spread = 2.0 * outward * hypot(body.half[0], body.half[1])
     for n in range(len(poses)):
         frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
-        chosen[:], least[:], nearest[:] = inf, inf, -1
+        chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
         first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
             first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
             for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-                i = grid.members[k]  # once more in a later cell, which does no harm
+                i = grid.members[k]
                 ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
                 ahead, aside = ahead - body.middle[0], aside - body.middle[1]
-                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]):
+                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]) or is_among(i, seen, met):
                     continue
+                if met < len(seen):
+                    seen[met], met = i, met + 1
                 in_frame(grid.corners, 2 * i, 2, frame, segment)
                 length, left_x, left_y = _left_of(segment)
                 for j in range(len(body.starts) - 1):

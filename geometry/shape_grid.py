@@ -319,12 +319,17 @@ def in_frame(corners: Array, first: int, count: int, frame: BodyFrame, shape: Ar
 
 @inner
 def is_new(i: int, tied: Index, count: int) -> bool:
-    """Whether the i-th shape, which may be in several cells, is none of the first `count` that are `tied`,
-    and another one has room."""
-    for k in range(count):
-        if tied[k] == i:
-            return False
-    return count < MOST_TIED
+    """Whether the i-th shape is none of the first `count` that are `tied`, and another one has room."""
+    return count < MOST_TIED and not is_among(i, tied, count)
+
+
+@inner
+def is_among(i: int, met: Index, count: int) -> bool:
+    """Whether the i-th shape is one of the first `count` that were `met`: it may be in several cells."""
+    for k in range(count):  # noqa: SIM110 - numba compiles no generators here
+        if met[k] == i:
+            return True
+    return False
 
 
 @kernel
