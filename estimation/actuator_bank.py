@@ -20,7 +20,7 @@ import numpy as np
 
 from estimation.types import Array
 from geometry.arrays import locked
-from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, copy_row, inner, kernel
+from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, copy_row, copy_rows, inner, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
 """Of the bank [s]; the first one stands for none."""
@@ -61,8 +61,7 @@ def answers(sent: Array2, first: Array2) -> Out3:
     `sent`: (c, 3) commands; `first`: (3, lags) the answers at the first of them.
     """
     found = np.empty((len(sent), 3, len(LAGS)))
-    for row in range(len(first)):
-        copy_row(first[row], found[0, row])
+    copy_rows(first, found[0])
     for c in range(1, len(sent)):
         seconds, rate, setpoint = sent[c, AT] - sent[c - 1, AT], sent[c - 1, RATE], sent[c - 1, SETPOINT]
         for i in range(len(LAGS)):
@@ -100,8 +99,7 @@ def residuals(
     along_m = np.empty((2, k))
     for of in range(2):
         copy_row(gram[k], along_m[of])
-        for a in range(k):
-            copy_row(gram[a], lower[of, a])
+        copy_rows(gram, lower[of])
         for a in range(k):
             lower[of, a, a] += variance / stds[of, a] ** 2
         _decompose(lower[of])

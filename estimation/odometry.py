@@ -23,7 +23,7 @@ import numpy as np
 
 from estimation.types import Array
 from estimation.vehicle_filter import Noise
-from geometry.compiled import Array1, Array2, Out1, Out2, copy_row, inner, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, copy_row, copy_rows, inner, kernel
 
 AT, X, Y, PHI, SPEED, DELTA = range(6)
 """Time [s]; measured x, y [m], heading (continuous) [rad], speed [m/s] and steering [rad]."""
@@ -100,8 +100,7 @@ def moved_on(
     while gone < len(track) - 1 and track[gone, AT] < at - LENGTH:
         gone += 1
     longer = np.empty((len(track) - gone + 1, COLUMNS))
-    for k in range(len(track) - gone):
-        copy_row(track[gone + k], longer[k])
+    copy_rows(track[gone:], longer[:-1])
     last, now = longer[-2], longer[-1]
     last[STEERING], now[AT] = commanded.estimated, at
     copy_row(measured, now[X:ALONG])

@@ -91,6 +91,13 @@ def copy_row(values: Array, out: Array) -> None:
         out[k] = values[k]
 
 
+@inner
+def copy_rows(values: Array, out: Array) -> None:
+    """Copy the first rows (n, m) into as many others, see `copy_row`."""
+    for k in range(len(out)):
+        copy_row(values[k], out[k])
+
+
 @cache
 def _type_of(hint: Any) -> types.Type:
     """The type that numba has for an annotation."""

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, copy_row, inner
+from geometry.compiled import IndexOut1, Out1, Out2, copy_rows, inner
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
@@ -158,13 +158,6 @@ def closeness_of(clearance: float, terms: Terms) -> float:
 
 
 @inner
-def copy_curve(curve: Array, out: Array) -> None:
-    """Copy a curve (PIECES, 2)."""
-    for k in range(PIECES):
-        copy_row(curve[k], out[k])
-
-
-@inner
 def cheapest_curve(
     pose: Array,
     target: Array,
@@ -199,7 +192,7 @@ def cheapest_curve(
         extra = closeness_along(pose, work.curve, most - work.order[i], terms, work)
         if work.order[i] + extra < most:
             cost, closeness = work.order[i], extra
-            copy_curve(work.curve, work.best)
+            copy_rows(work.curve, work.best)
             most = cost + closeness - terms.cheaper
         work.order[i] = inf
     return cost, closeness

@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, inner, kernel
+from geometry.compiled import IndexOut1, Out1, Out2, copy_rows, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import pose_after
@@ -34,7 +34,6 @@ from rti_mpcc.route_planner.costs import (
     cheapest_curve,
     clear_at,
     closeness_of,
-    copy_curve,
     least_to,
     steering_of,
     step_to_take,
@@ -228,7 +227,7 @@ def _connect(tree: Tree, node: int, other: Tree, growth: Growth) -> None:
             if best == inf:
                 whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]
             whole.best[COST] = cost + closeness
-            copy_curve(work.best, whole.curve)
+            copy_rows(work.best, whole.curve)
             whole.nodes[HERE], whole.nodes[THERE], whole.nodes[FROM] = node, there, which
 
 

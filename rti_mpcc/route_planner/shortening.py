@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import IndexOut1, Out1, Out2, Out3, copy_row, inner, kernel
+from geometry.compiled import IndexOut1, Out1, Out2, Out3, copy_row, copy_rows, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.route_planner.arcs import length_of, merge_arcs, poses_after, split_arcs
@@ -22,7 +22,6 @@ from rti_mpcc.route_planner.costs import (
     Terms,
     cheapest_curve,
     closeness_along,
-    copy_curve,
     cost_along,
     least_to,
     workspace_of,
@@ -116,7 +115,7 @@ def _follow(places: _Places, j: int, terms: Terms, work: SearchWorkspace) -> Non
     places.cost[j] = places.cost[j - 1] + cost_along(curve, places.incoming[j - 1], terms)
     places.cost[j] += extra
     places.before[j] = j - 1
-    copy_curve(curve, places.arcs[j])
+    copy_rows(curve, places.arcs[j])
     copy_row(arc, places.incoming[j])
 
 
@@ -132,7 +131,7 @@ def _join(places: _Places, i: int, j: int, terms: Terms, work: SearchWorkspace) 
     if cost < inf:
         places.cost[j] = places.cost[i] + cost + closeness
         places.before[j] = i
-        copy_curve(work.best, places.arcs[j])
+        copy_rows(work.best, places.arcs[j])
         for each in range(PIECES):
             if work.best[each, 0] != 0.0:
                 copy_row(work.best[each], places.incoming[j])
