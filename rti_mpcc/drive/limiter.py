@@ -31,22 +31,29 @@ def saturate(
     Inputs stay within their limits. Speed and steering are not led beyond theirs, nor further out than
     measured; from outside they return, at the rate limit if that is far.
     """
-    if not (isfinite(control.acceleration) and isfinite(control.steering_rate)):
+    acting = float(state[DELTA])
+    acceleration = disturbance.commanded(control.acceleration)
+    steering_rate = disturbance.commanded_rate(control.steering_rate, acting, config.cycle)
+    if not (isfinite(acceleration) and isfinite(steering_rate)):
         control = brake(state, config.firm_deceleration, config)
-    limits, cycle, acting = config.limits, config.cycle, float(state[DELTA])
+        acceleration, steering_rate = control.acceleration, control.steering_rate
+    limits = config.limits
     v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))
     # So far speed and steering may change in a cycle.
-    speed, steering = float(state[V]), disturbance.measured_steering(acting)
-    a = min(max(control.acceleration, (-limits.speed - speed) / cycle), (limits.speed - speed) / cycle)
-    rate = disturbance.commanded_rate(control.steering_rate, acting, cycle)
-    rate = min(max(rate, (-limits.steering - steering) / cycle), (limits.steering - steering) / cycle)
-    a = _within(disturbance.commanded(a), limits.acceleration, v, limits.speed)
-    return ControlInput(a, _within(rate, limits.steering_rate, delta, limits.steering), control.source)
+    speed, steering, cycle = float(state[V]), disturbance.measured_steering(acting), config.cycle
+    slower = disturbance.commanded((-limits.speed - speed) / cycle)
+    faster = disturbance.commanded((limits.speed - speed) / cycle)
+    turn = (-limits.steering - steering) / cycle, (limits.steering - steering) / cycle
+    a = _within(acceleration, (slower, faster), limits.acceleration, v, limits.speed)
+    rate = _within(steering_rate, turn, limits.steering_rate, delta, limits.steering)
+    return ControlInput(a, rate, control.source)
 
 
-def _within(slope: float, most: float, measured: float, limit: float) -> float:
-    """A slope, at most `most`, that leads a value `measured` beyond its limit not further out."""
-    slope = min(max(slope, -most), most)
+def _within(slope: float, room: tuple[float, float], most: float, measured: float, limit: float) -> float:
+    """A slope, at most `most`, that leads a value through its `room` in a cycle at most, and one `measured`
+    beyond its limit not further out."""
+    lowest, highest = room
+    slope = min(max(slope, max(min(lowest, most), -most)), max(min(highest, most), -most))
     if not isfinite(measured) or abs(measured) <= limit:
         return slope
     return min(slope, 0.0) if measured > 0.0 else max(slope, 0.0)
