@@ -71,9 +71,8 @@ def distances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> A
 
 
 def clearances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> Array:
-    """Return the same, negative as well where the body's origin is beyond a boundary.
-
-    Farther than `behind` beyond one with open ends it is on another way.
+    """Return the distances (n, 1 + k) [m] of `distances_in`, negative as well where the origin of the body is
+    beyond a boundary. Farther than `behind` beyond one with open ends the body is on another way.
     """
     apart = distances_in(space, body, poses, within)
     if space.sides != FLANKS:

@@ -31,7 +31,7 @@ def first_plan(s: ControllerState, context: PlanningContext) -> Found:
     may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
     """
     if s.task.stop is not None and s.vehicle.stands and _may_ask(s, context):
-        return _requesting(s, BLOCKED), SqpResult(solutions=(), problem=BLOCKED)
+        return _requesting(s.suspending(None), BLOCKED), SqpResult(solutions=(), problem=BLOCKED)
     started = s.plans.suspended
     s = schedule.scheduled(s, context)
     after, attempt = _from_guess(s, context)
@@ -47,7 +47,7 @@ def first_plan(s: ControllerState, context: PlanningContext) -> Found:
     if arrives and not (why or search.reaches(attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if why and _may_ask(s, context):  # at rest it is waited for, else what was found is driven meanwhile
-        after = _requesting(s if s.vehicle.stands else after, why)
+        after = _requesting(s.suspending(None) if s.vehicle.stands else after, why)
     return after, attempt
 
 
@@ -60,7 +60,6 @@ def _may_ask(s: ControllerState, context: PlanningContext) -> bool:
 
 def _requesting(s: ControllerState, why: str) -> ControllerState:
     """Asking for another route from here."""
-    s = s.suspending(None) if s.vehicle.stands else s
     assert s.route is not None
     return replace(s, route=replace(s.route, request=why))
 

@@ -99,12 +99,10 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
     motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, context.config)
     if min(s.clock.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
-    speed, std = motion.pose_speed(standstill.SLIP_TIME)
-    noise = standstill.NOISE * motion.noise.along
-    noisy, now = standstill.NOISE * motion.noise.speed, _speed(s, context)
+    noise, now = standstill.NOISE * motion.noise.along, _speed(s, context)
     # Where a swing begins, the mean speed is still small, and a moment earlier the speed now.
-    swings = max(abs(now), abs(now + motion.gained(UNKNOWN_LAG))) - noisy
-    speed = max(abs(speed) - standstill.NOISE * std, swings)
+    swings = max(abs(now), abs(now + motion.gained(UNKNOWN_LAG))) - standstill.NOISE * motion.noise.speed
+    speed = max(motion.speed_beyond_noise(standstill.SLIP_TIME), swings)
     slow = speed * (context.start_time - context.now + UNKNOWN_LAG) <= most
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise

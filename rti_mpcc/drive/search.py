@@ -199,6 +199,7 @@ def suspended(
 
 
 def _first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
+    """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, course = context.config, s.task.arrival, Course(context.mpcc.part, context.target)
     horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
