@@ -60,7 +60,7 @@ _log = logging.getLogger(__name__)
 class DockingController:
     """Drives a vehicle along a route and into its goal pose.
 
-    The first one on a machine compiles the kernels, in about a minute (`rti-mpcc warm` does it before).
+    The first one on a machine compiles the kernels, in about half a minute (`rti-mpcc warm` does it before).
 
     A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
     first cycle.

@@ -30,7 +30,7 @@ def make_ready(*, second_process: bool = False) -> int:
     missing = compiled.load()
     if not missing:
         return 0
-    _log.warning("compiling %d kernels, this takes about a minute", missing)
+    _log.warning("compiling %d kernels, this takes about half a minute", missing)
     names: Iterable[str] = compiled.build()
     if sys.stderr.isatty():
         names = _counted(names, missing)
