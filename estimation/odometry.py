@@ -260,7 +260,8 @@ def leap(track: Array2, noise: float) -> float:
     off = now[SPEED] - now[EXPLAINED]
     moves = (now[ALONG] - then[ALONG]) / (now[AT] - then[AT])
     shown = abs(moves - now[EXPLAINED]) >= abs(moves - now[SPEED])
-    return 0.0 if shown or abs(off) <= _LEAP + 5.0 * noise else off
+    leapt = now[LEAPS] > track[0, LEAPS]  # else it differs from the commands little by little, as a lag does
+    return off if leapt and not shown and abs(off) > _LEAP + 5.0 * noise else 0.0
 
 
 @inner
