@@ -4,16 +4,19 @@ With the commands u, rates or set-points, and the measured quantity m, speed or 
 
 (A1)  tau dw/dt = u(t - T) - w,   Y = integral of w, of set-points w itself
 (A2)  m = c0 + c1 t + c B + (1 + c2) Y + noise,   least squares over the last seconds
+(A3)  -2 ln p(m) = n ln(what (A2) leaves) + ln det(1 + A S A^T / s²),   but for a constant
 
 c0 is where it starts, c1 what else acts evenly, c2 what the actuator answers too strongly, and B the courses
 of what acts otherwise. On a drive these are a slope, by the heading phi, and a drag or a creep torque, by the
 speed: the integrals of cos(phi), sin(phi) and m. On a steering it is an even change, t² / 2. None of that is
-lag.
+lag. Each coefficient has a prior: S are their variances, A the courses and Y, s² the variance of the noise.
+The determinant is the price of what a model may explain by them: rates explain an uneven ride by slope and
+drag, set-points hardly, as a control loop for them rejects both.
 """
 
 from __future__ import annotations
 
-from math import cos, exp, sin, sqrt
+from math import cos, exp, log, sin, sqrt
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -23,14 +26,14 @@ from geometry.arrays import locked
 from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, copy_row, copy_rows, inner, kernel
 
 LAGS: Final = np.array((1e-3, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75))
-"""Of the bank [s]; the first one stands for none."""
+"""Of the bank [s]; the first one stands for none, the last one for more."""
 AT, RATE, SETPOINT = range(3)
 """Of a command: when it was sent [s], a rate [m/s²] or [rad/s], and a set-point [m/s] or [rad]."""
 VALUE, HEADING = 1, 2
 """Of a measurement, after its time [s]: speed [m/s] or steering [rad], and the heading [rad] then."""
 GAIN_STD = 0.07  # prior of c2
 REJECTED = 0.1  # of a slope, what a control loop for set-points leaves
-ANYWHERE = 1e3  # times `Scale.offset`: rates say nothing of it
+ANYWHERE = 100.0  # times the offset of set-points: rates say nothing of where the actuator is
 
 
 class Scale(NamedTuple):
@@ -55,20 +58,19 @@ STEERING: Final = Scale(0.001, _stds(0.03, (0.02, 0.01)), drives=False)
 
 
 @kernel
-def answers(sent: Array2, first: Array2) -> Out3:
+def answers(sent: Array2, first: Array2, lags: Array1) -> Out3:
     """(c, 3, lags) Y of (A1) of rates and of set-points, and w of the rates, without dead time.
 
-    `sent`: (c, 3) commands; `first`: (3, lags) the answers at the first of them.
+    `sent`: (c, 3) commands; `first`: (3, lags) the answers at the first of them; `lags`: [s].
     """
-    found = np.empty((len(sent), 3, len(LAGS)))
+    found = np.empty((len(sent), 3, len(lags)))
     copy_rows(first, found[0])
     for c in range(1, len(sent)):
         seconds, rate, setpoint = sent[c, AT] - sent[c - 1, AT], sent[c - 1, RATE], sent[c - 1, SETPOINT]
-        for i in range(len(LAGS)):
-            lag = LAGS[i]
-            left = exp(-seconds / lag)
+        for i in range(len(lags)):
+            left = exp(-seconds / lags[i])
             over = found[c - 1, 2, i] - rate
-            found[c, 0, i] = found[c - 1, 0, i] + rate * seconds + over * lag * (1.0 - left)
+            found[c, 0, i] = found[c - 1, 0, i] + rate * seconds + over * lags[i] * (1.0 - left)
             found[c, 1, i] = setpoint + (found[c - 1, 1, i] - setpoint) * left
             found[c, 2, i] = rate + over * left
     return found
@@ -77,14 +79,16 @@ def answers(sent: Array2, first: Array2) -> Out3:
 @kernel
 def residuals(
     stamps: Array1, answers: Array3, measured: Array2, dead_times: Array1, variance: float, scale: Scale
-) -> tuple[Out3, Out1]:
-    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors; and (2,)
-    of what it leaves without Y, where nothing answers.
+) -> tuple[Out3, Out3, Out1]:
+    """(2, dead times, lags) mean squares of what (A2) leaves, of rates and set-points, with priors, and the
+    ln det of (A3); and (2,) of what (A2) leaves without Y, where nothing answers.
 
     By its normal equations: the courses first, then what they leave of m and of each Y.
     `stamps`: (c,) of the `answers` (c, 3, lags) [s]; `measured`: (m, 3); `variance`: of the noise.
     """
-    models, alone = np.empty((2, len(dead_times), len(LAGS))), np.empty(2)
+    lags = answers.shape[2]
+    models = np.empty((2, len(dead_times), lags))
+    prices, alone, price = np.empty_like(models), np.empty(2), np.zeros(2)
     stds = scale.stds
     count, k = len(measured), stds.shape[1]
     rows = np.empty((k + 1, count))  # the courses, and m
@@ -95,7 +99,7 @@ def residuals(
             for j in range(count):
                 gram[a, b] += rows[a, j] * rows[b, j]
             gram[b, a] = gram[a, b]
-    lower, products = np.empty((2, k, k)), np.empty((2 * len(LAGS), k + 2))
+    lower, products = np.empty((2, k, k)), np.empty((2 * lags, k + 2))
     along_m = np.empty((2, k))
     for of in range(2):
         copy_row(gram[k], along_m[of])
@@ -103,19 +107,22 @@ def residuals(
         for a in range(k):
             lower[of, a, a] += variance / stds[of, a] ** 2
         _decompose(lower[of])
+        for a in range(k):
+            price[of] += log((lower[of, a, a] * stds[of, a]) ** 2 / variance)
         alone[of] = (gram[k, k] - _solve(lower[of], along_m[of], along_m[of])) / count
     for d in range(len(dead_times)):
         _multiply(stamps, answers, measured, rows, dead_times[d], products)
         for of in range(2):
-            for i in range(len(LAGS)):
-                along_y = products[of * len(LAGS) + i]
+            for i in range(lags):
+                along_y = products[of * lags + i]
                 my = along_y[k] - _solve(lower[of], along_y, along_m[of])
                 yy = along_y[k + 1]
                 for a in range(k):
                     yy -= along_y[a] ** 2
                 by_gain = (my - yy) ** 2 / (yy + variance / GAIN_STD**2)
                 models[of, d, i] = alone[of] + (yy - 2.0 * my - by_gain) / count
-    return models, alone
+                prices[of, d, i] = price[of] + log(1.0 + yy * GAIN_STD**2 / variance)
+    return models, prices, alone
 
 
 @inner

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
+from estimation.actuators import record_of
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
@@ -135,7 +136,9 @@ class DockingController:
 
     def _begin(self, config: ControllerConfig, state: ControllerState, replanner: Replanner | None) -> None:
         make_ready()
-        given = replace(state.vehicle, actuators=Actuators.of(config.actuators))
+        actuators = Actuators.of(config.actuators)
+        records = record_of(actuators.drive.lag), record_of(actuators.steering.lag)
+        given = replace(state.vehicle, actuators=actuators, records=records)
         self.config, self.state, self._replanner = config, replace(state, vehicle=given), replanner
         self._workspace = Workspace(state, config)
         self._perception = Perception(config)

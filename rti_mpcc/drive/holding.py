@@ -86,7 +86,9 @@ def _stays_at_once(hold: Hold, s: ControllerState, context: PlanningContext) -> 
     beside, std = motion.beside(context.config)
     if std <= KNOWN_ACCELERATION and abs(beside + hold.integral) > 0.5 * K_P * most + standstill.NOISE * std:
         return False
-    if s.vehicle.records[0].corrected or abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
+    if s.vehicle.records[0].corrected and motion.seconds < standstill.WINDOW - 1e-9:
+        return False  # how it moves by the corrected drive is not known yet
+    if abs(s.vehicle.disturbance.gain - 1.0) > USUAL_GAIN:
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)

@@ -124,7 +124,8 @@ class Perception:
     def located(
         self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath
     ) -> tuple[W, tuple[Judgement, ...], str]:
-        """With the detections filtered and the setpoint moved; judgements, and a remark on other"""
+        """With the detections filtered and the setpoint moved; judgements, and a remark on
+        others."""
         measurements, unfit = measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:

@@ -6,8 +6,16 @@ import logging
 from dataclasses import replace
 
 from estimation import DisturbanceEstimate
-from estimation.actuator_bank import DRIVE, STEERING
-from estimation.actuators import ActuatorRecord, Measurement, SentCommand, learn, mean_rate
+from estimation.actuator_bank import DRIVE, STEERING, VALUE
+from estimation.actuators import (
+    ActuatorRecord,
+    Measurement,
+    SentCommand,
+    compared,
+    is_due,
+    mean_rate,
+    noted,
+)
 from estimation.disturbance import Motion, first_estimate, unseated, updated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import (
@@ -54,26 +62,29 @@ def compare_actuators(
     (drive, steering), present, now = s.vehicle.records, s.vehicle.actuators, monitor.at
     if not config.disturbance.enabled or monitor.measured is None:
         return s.vehicle.records, present
-    if (
-        not s.sent
-        or holds
-        or monitor.relocalised
-        or monitor.doubt
-        or now - s.clock.now > config.longest_cycle
-    ):
+    missed = bool(s.sent) and now - s.clock.now > config.longest_cycle
+    if holds or monitor.relocalised or monitor.doubt or missed:
         # Of this time it is not known what was driven.
         return (drive.restarted(), steering.restarted()), present
-    driven, turned = going_out(s.sent, present, config.cycle)
     _, _, heading, speed, delta, _ = monitor.measured.tolist()
-    accelerated = SentCommand(s.clock.now, driven.acceleration, driven.speed)
-    steered = SentCommand(s.clock.now, turned.steering_rate, turned.steering)
-    at_speed, at_angle = Measurement(now, speed + moved.unseen, heading), Measurement(now, delta, heading)
-    drive, by_drive = learn(drive, accelerated, at_speed, present.drive, DRIVE)
-    steering, by_steering = learn(steering, steered, at_angle, present.steering, STEERING)
-    if by_drive is None and by_steering is None:
-        return (drive, steering), present
-    found = Actuators(Actuator(*(by_drive or present.drive)), Actuator(*(by_steering or present.steering)))
-    return (drive, steering), found
+    # Before the first command nothing acts.
+    accelerated, steered = SentCommand(now, 0.0, speed), SentCommand(now, 0.0, delta)
+    if s.sent:
+        driven, turned = going_out(s.sent, present, config.cycle)
+        accelerated = SentCommand(s.clock.now, driven.acceleration, driven.speed)
+        steered = SentCommand(s.clock.now, turned.steering_rate, turned.steering)
+    if moved.unseen and not drive.measured[:, VALUE].any():
+        drive = drive.restarted()  # it was said to stand, and did not
+    drive = noted(drive, accelerated, Measurement(now, speed + moved.unseen, heading))
+    steering = noted(steering, steered, Measurement(now, delta, heading))
+    # One of them in a cycle: no cycle is to take the time of both.
+    if is_due(drive, now) and (drive.compared_at <= steering.compared_at or not is_due(steering, now)):
+        drive, found = compared(drive, now, present.drive, DRIVE)
+        present = present if found is None else present._replace(drive=Actuator(*found))
+    elif is_due(steering, now):
+        steering, found = compared(steering, now, present.steering, STEERING)
+        present = present if found is None else present._replace(steering=Actuator(*found))
+    return (drive, steering), present
 
 
 def correct_actuators(

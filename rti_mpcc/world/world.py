@@ -54,9 +54,7 @@ class VehicleEstimate:
     poses: PoseHistory = field(default_factory=PoseHistory)
     heading_hint: str = ""
     actuators: Actuators = field(default_factory=Actuators)
-    records: tuple[ActuatorRecord, ActuatorRecord] = field(
-        default_factory=lambda: (ActuatorRecord(), ActuatorRecord())
-    )
+    records: tuple[ActuatorRecord, ActuatorRecord] = (ActuatorRecord(), ActuatorRecord())
     standing_since: float | None = None
     motion: AxisMotion = field(default_factory=AxisMotion)
 

@@ -25,6 +25,7 @@ def test_unknown_actuators_are_as_good_as_known_ones(group: int, figures: dict[s
     figures["docked"] = sum(unknown.docked for _, unknown, _ in rows)
     for drawn, unknown, known in rows:
         assert (known.docked, known.touched) == (True, False), drawn
+        assert not any("answers" in command.diagnostics.reason for command in known.ride.commands), drawn
         assert (unknown.docked, unknown.touched) == (True, False), drawn
         assert unknown.seconds <= SLOWER * known.seconds, drawn
         assert unknown.peak <= HARDER, drawn
