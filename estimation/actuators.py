@@ -126,7 +126,7 @@ def is_due(record: ActuatorRecord, now: float) -> bool:
     return bool(now - record.compared_at + 1e-9 >= (INTERVAL if often else RARELY * INTERVAL))
 
 
-def compared(
+def compare_models(
     record: ActuatorRecord, at: float, present: tuple[float, float], scale: Scale
 ) -> tuple[ActuatorRecord, tuple[float, float] | None]:
     """The models compared with the `present` one, (dead time, lag) [s], at `at` [s]; the one to change to, or

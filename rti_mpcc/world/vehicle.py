@@ -11,7 +11,7 @@ from estimation.actuators import (
     ActuatorRecord,
     Measurement,
     SentCommand,
-    compared,
+    compare_models,
     is_due,
     mean_rate,
     noted,
@@ -79,10 +79,10 @@ def compare_actuators(
     steering = noted(steering, steered, Measurement(now, delta, heading))
     # One of them in a cycle: no cycle is to take the time of both.
     if is_due(drive, now) and (drive.compared_at <= steering.compared_at or not is_due(steering, now)):
-        drive, found = compared(drive, now, present.drive, DRIVE)
+        drive, found = compare_models(drive, now, present.drive, DRIVE)
         present = present if found is None else present._replace(drive=Actuator(*found))
     elif is_due(steering, now):
-        steering, found = compared(steering, now, present.steering, STEERING)
+        steering, found = compare_models(steering, now, present.steering, STEERING)
         present = present if found is None else present._replace(steering=Actuator(*found))
     return (drive, steering), present
 
