@@ -25,9 +25,10 @@ DEAD_TIMES: Final = STEP * np.arange(11)
 MEMORY = 6.0
 """Time over which the models are compared [s]: from rest to a steady speed, and a bend or two."""
 SPACING = 0.04  # of measurements that are kept [s]: at most 150
-EARLY = 5.0
+GATHERING = 5.0
+"""After so long [s] what the comparisons found is gathered, before the start of the ride is out of memory."""
 INTERVAL = 0.1
-"""Between two comparisons [s] in the first seconds, `EARLY`; `RARELY` times that later on."""
+"""Between two comparisons [s] in the first `GATHERING` of a ride; `RARELY` times that later on."""
 RARELY = 4.0
 STILL = 3.0  # times `Scale.least`: less was neither commanded nor measured in all that counts
 AGREEING = 2  # comparisons that have to agree
@@ -39,6 +40,9 @@ NEAR = 0.055
 depends on that."""
 EVIDENCE = 20.0
 """Twice the logarithm of the likelihood by which the best model has to be better: noise alone reaches 15."""
+KEPT = 0.9
+"""Of the evidence of earlier seconds, each `GATHERING`: a brake that is weak once, or a creep torque that is
+felt at its end, is no lag after a ride in which there was none."""
 EXPLAINS = 25.0
 """Squares that a better model explains, over those that it leaves beyond noise: else something else than lag
 is wrong, a slope that changes, say."""
@@ -47,6 +51,7 @@ LEAST_COUNT = 10  # of measurements that are compared
 
 
 _NO_ROWS: Final = locked(np.empty((0, 3)))
+_NO_EVIDENCE: Final = locked(np.zeros((2, len(DEAD_TIMES), len(LAGS))))
 
 
 class SentCommand(NamedTuple):
@@ -70,6 +75,8 @@ class ActuatorRecord(NamedTuple):
 
     Attributes:
         sent: (c, 3) `SentCommand`s, the last one under way; measured: (m, 3) `Measurement`s.
+        evidence: (2, dead times, lags) against each model from earlier seconds, in twice the logarithm of the
+            likelihood; fresh: the same of the seconds before `gathered_at` [s].
         lags: of the models [s]; first: (3, lags) at the first command, Y of (A1) of rates and of set-points,
             and w of the rates.
         compared_at: when the models were compared last [s]; found: the best model then, or None: the present
@@ -84,6 +91,9 @@ class ActuatorRecord(NamedTuple):
     measured: Array = _NO_ROWS
     lags: Array = LAGS
     first: Array = locked(np.zeros((3, len(LAGS))))
+    evidence: Array = _NO_EVIDENCE
+    fresh: Array = _NO_EVIDENCE
+    gathered_at: float | None = None
     compared_at: float = -np.inf
     found: tuple[float, float] | None = None
     agreed: int = 0
@@ -93,7 +103,13 @@ class ActuatorRecord(NamedTuple):
 
     def restarted(self) -> ActuatorRecord:
         """After a time of which it is not known what was driven."""
-        return ActuatorRecord(lags=self.lags, obeys_setpoints=self.obeys_setpoints, corrected=self.corrected)
+        return ActuatorRecord(
+            lags=self.lags,
+            evidence=self.evidence,
+            fresh=self.fresh,
+            obeys_setpoints=self.obeys_setpoints,
+            corrected=self.corrected,
+        )
 
 
 def record_of(lag: float) -> ActuatorRecord:
@@ -122,7 +138,7 @@ def is_due(record: ActuatorRecord, now: float) -> bool:
     """Whether the models are to be compared at `now` [s]."""
     if len(record.measured) < LEAST_COUNT:
         return False
-    often = record.found is not None or now - record.measured[0, AT] < EARLY
+    often = record.found is not None or now - record.measured[0, AT] < GATHERING
     return bool(now - record.compared_at + 1e-9 >= (INTERVAL if often else RARELY * INTERVAL))
 
 
@@ -156,11 +172,13 @@ def compare_models(
         and best[1] < len(DEAD_TIMES) - 1
         and best[2] < len(record.lags) - 1
     )
+    earlier = max(float(record.evidence[best] - record.evidence[:, near].min()), 0.0)
     refines = record.corrected is not None and not _is_news(model, record.corrected)
-    better = explains and evidence > (REFINING if refines else EVIDENCE)
+    better = explains and evidence - earlier > (REFINING if refines else EVIDENCE)
     agrees = better and record.found is not None and abs(sum(model) - sum(record.found)) <= 2.0 * NEAR
     agreed = (record.agreed + 1 if agrees else 1) if better else 0
     changed = model if agreed >= AGREEING else None
+    record = _gathered(record, against - against.min(), at)
     record = record._replace(
         compared_at=at,
         found=model if better else None,
@@ -181,6 +199,15 @@ def _answered(record: ActuatorRecord, at: float) -> tuple[Array, Array]:
 def _is_news(model: tuple[float, float], told: tuple[float, float] | None) -> bool:
     """Whether a model answers so much earlier or later than the one that was told last."""
     return told is None or abs(sum(model) - sum(told)) > TOLD
+
+
+def _gathered(record: ActuatorRecord, fresh: Array, at: float) -> ActuatorRecord:
+    """With the evidence of one more `GATHERING` once it is over: what is still compared counts once."""
+    if record.gathered_at is None:
+        return record._replace(gathered_at=at)
+    if at - record.gathered_at < GATHERING:
+        return record
+    return record._replace(evidence=KEPT * record.evidence + record.fresh, fresh=fresh, gathered_at=at)
 
 
 def _bank(present: tuple[float, float], lags: Array) -> tuple[Array, NDArray[np.bool_]]:
