@@ -103,7 +103,7 @@ class PathPart(Validated, error=PathError):
         """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart.
 
         Raises:
-            PathError: they are too many, see geometry.sampling, or the spacing is not > 0.
+            PathError: they are too many, see geometry.sampling, or the spacing is not finite and > 0.
         """
         count = int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0])
         return np.linspace(self.start, self.end, count + 1)

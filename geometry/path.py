@@ -160,8 +160,6 @@ class ReferencePath(Validated, error=PathError):
         Raises:
             PathError: spacing is not finite and positive, or so small that the poses are far too many.
         """
-        if not (isfinite(spacing) and spacing > 0.0):
-            raise PathError(f"spacing = {spacing} must be finite and > 0 m.")
         return tuple(part.reference(part.places(spacing)) for part in self.parts)
 
     @classmethod

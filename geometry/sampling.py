@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
@@ -21,10 +23,10 @@ MOST = 1_000_000
 def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError] = InputError) -> Index:
     """Return the number of steps (n,), at least 1 each, of at most `spacing` [m] along lengths (n,) [m].
 
-    Raises `refuse` if `what` has more than MOST together, or the spacing is not > 0.
+    Raises `refuse` if `what` has more than MOST together, or the spacing is not finite and > 0.
     """
-    if not spacing > 0.0:
-        raise refuse(f"spacing = {spacing}: must be > 0 m.")
+    if not 0.0 < spacing < inf:
+        raise refuse(f"spacing = {spacing}: must be > 0 m and finite.")
     with np.errstate(over="ignore"):
         wanted = np.ceil(np.atleast_1d(np.asarray(lengths, dtype=np.float64)) / spacing)
     wanted = np.maximum(wanted, 1.0)
