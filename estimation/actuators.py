@@ -124,8 +124,8 @@ def noted(record: ActuatorRecord, command: SentCommand, measurement: Measurement
     """With a command, and what was measured after it; the first one is taken to have gone on like that."""
     sent, measured, first, at = record.sent, record.measured, record.first, measurement.at
     if not len(sent):
-        behind = command.rate * record.lags
-        first = np.array((0.0 * behind, command.setpoint - behind, np.full_like(behind, command.rate)))
+        steadily = np.broadcast_arrays(0.0, command.setpoint - command.rate * record.lags, command.rate)
+        first = np.stack(steadily)
     elif command.at <= sent[-1, AT]:  # it takes the place of the last one at once
         command, sent = command._replace(at=float(sent[-1, AT])), sent[:-1]
     if not len(measured) or at - measured[-1, AT] >= SPACING - 1e-9:

@@ -115,15 +115,15 @@ def sent(
         speed = _led(last.speed, speed, comfort.acceleration, cycle)
         angle = _led(last.steering, angle, comfort.steering_rate, cycle)
     now = begin if s.vehicle.monitor.state is None else s.vehicle.monitor.state
-    speed = _limited(speed + cycle * disturbance.acting(a), limits.speed, float(now[V]))
+    setpoint = _limited(speed + cycle * disturbance.acting(a), limits.speed, float(now[V]))
     if control.source is Source.STANDSTILL and s.vehicle.monitor.doubt:
-        speed = 0.0  # nobody sees what a sum of small errors would drive
+        setpoint = 0.0  # nobody sees what a sum of small errors would drive
     actuation = Actuation(
         begins=begins,
         acceleration=a,
         steering_rate=rate,
         before=before,
-        speed=speed,
+        speed=setpoint,
         steering=_limited(angle + cycle * rate, limits.steering, float(now[DELTA])),
     )
     queue = (*still_acting(s.queue, s.clock.now), actuation.queued(actuators, cycle))

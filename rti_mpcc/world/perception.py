@@ -124,8 +124,7 @@ class Perception:
     def located(
         self, s: W, given: Sequence[GoalMeasurement], path: ReferencePath
     ) -> tuple[W, tuple[Judgement, ...], str]:
-        """With the detections filtered and the setpoint moved; judgements, and a remark on
-        others."""
+        """With the detections filtered and the setpoint moved; judgements, and what is unfit."""
         measurements, unfit = measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
