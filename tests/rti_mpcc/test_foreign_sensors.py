@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.foreign import Interface
 from benchmarks.foreign_faults import CASES, judged
 
+RIDES = [*((name, "rates", 3) for name in CASES), ("position, speed frozen from 3 s", "setpoints", 1001)]
 
-@pytest.mark.parametrize("name", [*CASES, "position, speed frozen from 3 s by set-points"])
-def test_a_vehicle_with_a_faulty_sensor_keeps_to_its_corridor_and_says_which(name: str) -> None:
-    by_speed = name.endswith(" by set-points")  # which must come to nothing where nobody sees them drive
-    of = judged(
-        "path", name.removesuffix(" by set-points"), *(("setpoints", 1001) if by_speed else ("rates", 3))
-    )
-    assert of.fine, (of.end, of.ride.top_speed, of.left)
-    assert of.named, of.said
+
+@pytest.mark.parametrize(("name", "interface", "seed"), RIDES)
+def test_a_faulty_sensor_drives_nobody_out_and_is_named(name: str, interface: Interface, seed: int) -> None:
+    found = judged("path", name, interface, seed)
+    assert found.fine, (found.end, found.ride.top_speed, found.left)
+    assert found.named, found.said
 
 
 def test_a_healthy_vehicle_says_nothing_of_its_sensors() -> None:
