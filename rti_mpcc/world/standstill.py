@@ -10,7 +10,7 @@ come to rest within a third of the tolerance. Whether it stays there: `drive.hol
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import copysign, cos, exp, inf, sin, sqrt
@@ -106,8 +106,7 @@ class AxisMotion:
             commanded=monitor.commanded,
             coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
-        kept = self.moments[bisect_left(self.moments, now - WINDOW - 1e-9, key=_at) :]
-        motion = AxisMotion(moments=(*kept, moment), pose=pose, noise=noise)
+        motion = AxisMotion(moments=_from(now - WINDOW, (*self.moments, moment)), pose=pose, noise=noise)
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
             found, std = motion._leapt(self.unseen, monitor.acting)
@@ -212,8 +211,12 @@ class AxisMotion:
         return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
 
     def _last(self, seconds: float) -> tuple[AxisReading, ...]:
-        now = self.moments[-1].at if self.moments else 0.0
-        return self.moments[bisect_left(self.moments, now - seconds - 1e-9, key=_at) :]
+        return _from(self.moments[-1].at - seconds, self.moments) if self.moments else ()
+
+
+def _from(begin: float, moments: tuple[AxisReading, ...]) -> tuple[AxisReading, ...]:
+    """The moments from the last one on that is not later than `begin` [s]: cycles seldom end right there."""
+    return moments[max(bisect_right(moments, begin + 1e-9, key=_at) - 1, 0) :]
 
 
 def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:

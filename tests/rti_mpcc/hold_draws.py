@@ -32,13 +32,14 @@ class Draw:
     Attributes:
         wheelbase: [m]; the rest of the body is in proportion to that of the default car.
         tolerance: along and across [m]; dead_band: speeds below it are measured as 0 [m/s].
-        actuators: fields of a `Car`.
+        actuators: fields of a `Car`; cycle: of the loop [s].
     """
 
     wheelbase: float
     tolerance: float
     dead_band: float
     actuators: dict[str, object]
+    cycle: float = 0.05
 
     @property
     def scale(self) -> float:
@@ -67,12 +68,12 @@ class Draw:
         )
         start, segments = Pose2(0.0, 0.0, pi / 2), [(d, c / scale, scale * way) for d, c, way in SEGMENTS]
         path = ReferencePath.from_segments(start=start, segments=segments)
-        config = ControllerConfig(cycle=0.05, vehicle=vehicle, goal_tolerance=self.tolerances)
+        config = ControllerConfig(cycle=self.cycle, vehicle=vehicle, goal_tolerance=self.tolerances)
         return drive(
             on_lane(path, 5.0 * scale, config).step,
             Car.of(vehicle, **self.actuators),
             start,
-            cycle=0.05,
+            cycle=self.cycle,
             seconds=SECONDS,
             sensor=Faulty(dead_band(self.dead_band)),
             goal=self.goal,

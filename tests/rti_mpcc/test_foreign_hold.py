@@ -35,6 +35,7 @@ SWINGING: dict[str, object] = {"drive_lag": 0.425, "slope": -0.0015, "uphill": 1
         replace(PLAIN, actuators=UPHILL),
         replace(PLAIN, actuators={"drive_lag": 0.3}),
         replace(PLAIN, actuators={"creep": 0.3}),
+        replace(PLAIN, actuators={"drive_lag": 0.3}, cycle=0.03),
         replace(PLAIN, dead_band=0.1),
         replace(PLAIN, tolerance=0.005),
         replace(PLAIN, wheelbase=0.5, tolerance=0.02, actuators=UPHILL),
@@ -45,7 +46,7 @@ SWINGING: dict[str, object] = {"drive_lag": 0.425, "slope": -0.0015, "uphill": 1
         # Its swing has not ended yet where its speed goes through zero.
         replace(PLAIN, wheelbase=1.6, tolerance=0.0173, dead_band=0.1, actuators=SWINGING),
     ],
-    ids=["slope", "lag", "creep", "dead band", "5 mm", "small", "creep and dead band", "swing"],
+    ids=["slope", "lag", "creep", "0.03 s", "dead band", "5 mm", "small", "creep and dead band", "swing"],
 )
 def test_a_foreign_vehicle_stays_where_it_docked(draw: Draw) -> None:
     stay = stay_of(draw, draw.drive(after=20.0))
