@@ -183,7 +183,7 @@ class DockingController:
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
-        known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
+        known = replace(self.state.goal, averaged_at=None, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_route and self.state.route else None
         known = self._perception.with_goal(known, end)
         self.state = replace(self.state, goal=replace(known, origin=GoalOrigin.PATH_END))

@@ -95,7 +95,7 @@ class Perception:
             records=records,
             motion=moved,
         )
-        known_goal, another = goal_in(given.goal, s.goal, path, area, config)
+        known_goal, another = goal_in(given.goal, s.goal, path, area, clock.now, config)
         if another is not None:
             known_goal = self.with_goal(known_goal, another)
         s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
@@ -175,14 +175,20 @@ def goal_in(
     known: GoalState,
     path: ReferencePath,
     surroundings: Surroundings,
+    now: float,
     config: ControllerConfig,
 ) -> tuple[GoalState, Pose2 | None]:
     """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
-    an obstacle comes there; a rejected one has to be given again."""
+    an obstacle comes there; a rejected one has to be given again. One that was averaged, and after which no
+    other came, is taken as it is."""
     taken, came, refusal, given_fit = None, known.given, known.refusal, known.given_fit
+    averaged_at = known.averaged_at
+    if given is None and averaged_at is not None and now - averaged_at >= goals.NOISE_TIME:
+        given = known.given
     if given is not None:
         came, refusal = usable_goal(given)
         goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
+        averaged_at = None if goal == came else now
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
             if given_fit.problem:
@@ -192,9 +198,11 @@ def goal_in(
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
-    if fit is known.fit and given_fit is known.given_fit and (came, refusal) == (known.given, known.refusal):
+    same = (came, averaged_at, refusal) == (known.given, known.averaged_at, known.refusal)
+    if same and fit is known.fit and given_fit is known.given_fit:
         return known, taken
-    return replace(known, given=came, given_fit=given_fit, fit=fit, refusal=refusal), taken
+    known = replace(known, given=came, averaged_at=averaged_at, refusal=refusal)
+    return replace(known, given_fit=given_fit, fit=fit), taken
 
 
 def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:

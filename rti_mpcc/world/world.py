@@ -84,7 +84,8 @@ class GoalState:
 
     Attributes:
         planned: the user's goal pose, or None for the path's last pose; dock: the first one of its dock.
-        given: the user's goal as it was given last, see `goals.steadied`.
+        given: the user's goal as it was given last; averaged_at: when that was averaged [s], or None: see
+            `goals.steadied`.
         fit, given_fit: the checks of the planned goal and of the given one; None: not checked yet.
         origin: of the planned goal; refusal: why the given goal was rejected, or "".
         pose: the setpoint: `planned`, or by detections; None for the path's last pose.
@@ -98,6 +99,7 @@ class GoalState:
     planned: Pose2 | None = None
     dock: Pose2 | None = None
     given: Pose2 | None = None
+    averaged_at: float | None = None
     fit: GoalFit | None = None
     given_fit: GoalFit | None = None
     origin: GoalOrigin = GoalOrigin.PATH_END

@@ -61,6 +61,15 @@ def test_clearing_the_goal_clears_what_was_said_of_it() -> None:
     assert docking.step(START, now=0.05).diagnostics.reason == ""
 
 
+def test_a_correction_that_is_given_once_is_followed() -> None:
+    """However small: noise would be followed by another goal."""
+    corrected = Pose2(LENGTH - 0.09, 0.08, 0.03)
+    told = iter([Pose2(LENGTH, 0.0, 0.0), None, corrected])
+    *_, (plant, command) = drive(LANE, 20.0, goal_at=lambda _: next(told, None))
+    assert command.docked
+    assert Pose2(plant.x, plant.y, plant.phi).relative_to(corrected).within((0.05, 0.05, 0.035))
+
+
 # -- detections -------------------------------------------------------------------------------------
 
 
