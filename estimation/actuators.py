@@ -153,7 +153,7 @@ def compare_models(
     stamps, answered = _answered(record, at)
     gone = int(stamps.searchsorted(stamps[-2] - MEMORY - 1.0))
     stamps, answered = stamps[gone:], answered[gone:]
-    record = record._replace(sent=record.sent[gone:], first=answered[0].copy())
+    record = record._replace(sent=record.sent[gone:], first=answered[0].copy(), compared_at=at)
     moved = max(float(np.ptp(values)), float(np.ptp(answered[:-1, :2, 0], axis=0).max()))
     if moved < STILL * scale.least:
         return record, None
@@ -180,7 +180,6 @@ def compare_models(
     changed = model if agreed >= AGREEING else None
     record = _gathered(record, against - against.min(), at)
     record = record._replace(
-        compared_at=at,
         found=model if better else None,
         agreed=agreed,
         suspected=model if explains and evidence > SUSPICION and changed is None else None,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.foreign import Interface, Ride
-from rti_mpcc import ActuatorModel
+from benchmarks.foreign import Car, Interface, Ride, drive
+from rti_mpcc import ActuatorModel, Area, DockingController, Pose2
 from tests.rti_mpcc.actuator_draws import Case, case, driven
 
 EXACT = dict.fromkeys(("drive_dead_time", "steering_dead_time", "drive_lag", "steering_lag"), 0.0)
@@ -52,6 +52,16 @@ def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noi
     found = driven(vehicle(interface, noise))
     assert found.docked or noise > 1.0
     assert not corrections(found.ride)
+
+
+def test_a_drive_is_found_whose_vehicle_only_tries_to_stand() -> None:
+    """On a slope, before a route is planned; its wheels are still, so nothing is learnt of the steering."""
+    here = Pose2(0.0, 0.0, 0.0)
+    controller = DockingController.in_area(Area(boundary=[(-9, -9), (9, -9), (9, 9), (-9, 9)]))
+    car = Car(drive_dead_time=0.3, drive_lag=0.5, slope=0.03)
+    done = drive(controller.step, car, here, cycle=0.05, seconds=4.0)
+    assert "the drive answers" in corrections(done)[0]
+    assert np.abs(done.truth[-200:, 4]).max() <= 0.02
 
 
 def test_the_end_of_a_creep_torque_is_no_lag() -> None:
