@@ -14,6 +14,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -148,7 +149,9 @@ MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what d
 OBSERVATION = 0.3  # [s] over which the speed of an obstacle is measured
 CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was stopped drives on
 FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
-JUMP = 0.2  # [m] by which noise may put a middle elsewhere
+JUMP = 0.2  # [m] by which noise may put a middle elsewhere, at most
+SIGMAS = 7.0  # by which the difference of two middles exceeds their noise: once in 200,000
+NOISE_MOMENTS = 20.0  # over which that noise is averaged
 FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
 
 ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
@@ -164,6 +167,7 @@ class TrackedObstacle:
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
         velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
+        noise: variance of its middle along an axis, from one moment to the next while it stands [m²].
         stated: its motion was given with it; name: in reasons, or "".
     """
 
@@ -175,6 +179,7 @@ class TrackedObstacle:
     moves: bool = False
     still_since: float | None = None
     turn_rate: float = 0.0
+    noise: float = 0.0
     stated: bool = False
     name: str = ""
 
@@ -225,13 +230,14 @@ class TrackedObstacle:
         (since, *first), (now, *last) = new.seen[0], new.seen[-1]
         moved = np.subtract(last, first)
         distance = float(np.hypot(*moved))
-        displaced = distance > MOVED
+        displaced = distance > min(max(MOVED, SIGMAS * sqrt(self.noise)), JUMP)
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
         if still and not displaced:
+            new = replace(new, noise=self.noise + (_noise(new.seen) - self.noise) / NOISE_MOMENTS)
             return replace(new, velocity=np.zeros(2), moves=False, still_since=None)
         velocity = moved / max(now - since, distance / FASTEST)
-        return replace(new, velocity=velocity, moves=True, still_since=since_when)
+        return replace(new, velocity=velocity, moves=True, still_since=since_when, noise=self.noise)
 
     @property
     def shape(self) -> Shape:
@@ -328,6 +334,15 @@ def observed(
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
         found.append(known[place].seen_as(here, now, last))
     return tuple(found)
+
+
+def _noise(seen: Sequence[tuple[float, float, float]]) -> float:
+    """Variance along an axis [m²] by the last three moments: their second difference is hardly motion."""
+    if len(seen) < 3:
+        return 0.0
+    one, other, last = np.array(seen[-3:])[:, 1:]
+    second = one - 2.0 * other + last
+    return float(second @ second) / 12.0
 
 
 def _states_motion(given: ArrayLike) -> bool:
