@@ -135,11 +135,11 @@ def _gaps(track: Array2, windows: tuple[float, ...], noise: Noise, late: float) 
     along = max(noise.along, sqrt(track[-1, POSE_ROUGHNESS]))
     speed = max(noise.speed, sqrt(track[-1, SPEED_ROUGHNESS]))
     for k in range(len(windows)):
-        since, moved, reported, driven, leaps = distances_since(track, windows[k], late)
+        since, moved, reported, driven, leaps, between = distances_since(track, windows[k], late)
         length = track[-1, AT] - since
         cycle = length / max(len(track) - 1, 1)
         random = sqrt(2.0) * along + sqrt(length * cycle) * speed
-        most = _FLOOR + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
+        most = max(_FLOOR, between) + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
         gaps[k, 0], gaps[k, 1], gaps[k, 2], gaps[k, 3], gaps[k, 4] = since, moved, reported, driven, most
     return gaps
 

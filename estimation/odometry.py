@@ -232,9 +232,11 @@ def distances_at(track: Array2, at: float) -> tuple[float, float]:
 
 
 @inner
-def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, float, float, float, float]:
-    """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, and
-    what the speed may be off.
+def distances_since(
+    track: Array2, seconds: float, late: float
+) -> tuple[float, float, float, float, float, float]:
+    """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, what
+    the speed may be off by its leaps, and by when it changes from one reading to the next.
 
     Speed and commands are so much earlier than the pose as that is `late` [s]. The readings since then must
     reach back so far.
@@ -247,7 +249,9 @@ def distances_since(track: Array2, seconds: float, late: float) -> tuple[float, 
     if late > 0.0:
         ends, starts = _ways(track, now[AT] - late), _ways(track, then[AT] - late)
         reported, driven = ends[0] - starts[0], ends[1] - starts[1]
-    return then[AT], now[ALONG] - then[ALONG], reported, driven, now[LEAPS] - then[LEAPS]
+    cycle = (now[AT] - then[AT]) / max(len(track) - 1 - k, 1)
+    between = 0.5 * cycle * abs(now[SPEED] - then[SPEED])
+    return then[AT], now[ALONG] - then[ALONG], reported, driven, now[LEAPS] - then[LEAPS], between
 
 
 @inner
