@@ -180,8 +180,8 @@ def mean_rates(queue: Sequence[QueuedCommand], begin: float, end: float) -> tupl
 MOST_LEAD = 6.0
 """Most by which (D3) raises a step of what shall act. It is reached at a lag of 5.5 cycles; beyond, the whole
 lead would make of each noisy plan a jerk of the actuator."""
-SHORT = 2.0
-"""A lag of so many cycles is not inverted: for a dead time taken for it, that would be a jerk."""
+SHORT = 0.1
+"""A lag up to this [s] is not inverted: for a dead time taken for it, that would be a jerk."""
 
 
 class Actuator(NamedTuple):
@@ -192,7 +192,7 @@ class Actuator(NamedTuple):
 
     def commanded(self, wanted: float, acting: float, seconds: float, most: float) -> float:
         """(D3): the command, `most` at most, by which `wanted` acts after `seconds`, from `acting` on."""
-        if self.lag <= SHORT * seconds:
+        if self.lag <= SHORT:
             return wanted
         lead = min(1.0 / (1.0 - exp(-seconds / self.lag)), MOST_LEAD)
         return min(max(acting + lead * (wanted - acting), -most), most)
