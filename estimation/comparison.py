@@ -49,8 +49,8 @@ _TURN_LEAST = 0.002  # [rad] by which a turn is off at least
 _DRIFT, _DRIFT_WAY = 0.06, 0.08
 """The angle between turns and steering sensor may change by so much [rad] in 1 s; seen over this way [m]."""
 _UNMOVED_TIME, _UNMOVED_LEAST, _UNMOVED_MOST = 0.3, 0.03, 0.002
-"""A sensor that has changed by no more than the last [rad] for at least this time [s] has stayed as it is.
-That is told where at least the second [rad] was commanded since."""
+"""A sensor that has changed by no more than the last [rad] has stayed as it is. That is told where at least
+the second [rad] was commanded, and that this time ago [s]: the longest dead time."""
 _STEERING_STOP = 0.15  # [rad] from its limit, where a steering may end
 
 
@@ -118,7 +118,7 @@ def compare(track: Array2, noise: Noise, body: Geometry, late: float, out: bool)
         _aside_for(track, SIGMAS * sqrt(2.0) * noise.heading, wheelbase, out),
         _drifted(track, STEERING_WINDOW, wheelbase)[0],
         _unfollowed(track, noise.steering, max(body.steering - _STEERING_STOP, 0.0)),
-        _unmoved(track, noise.steering),
+        _unmoved(track, noise.steering, body.steering),
     )
 
 
@@ -216,18 +216,18 @@ def _drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, fl
 
 
 @inner
-def _unmoved(track: Array2, noise: float) -> float:
+def _unmoved(track: Array2, noise: float, limit: float) -> float:
     """The change that was commanded while the steering sensor stayed as it was [rad], or 0.
 
-    `noise`: of the steering sensor [rad].
+    `noise`: of the steering sensor [rad]; no change leads beyond the `limit` [rad].
     """
-    last = len(track) - 1
-    k, most = last, _UNMOVED_MOST + SIGMAS * noise
-    while k > 0 and abs(track[k - 1, DELTA] - track[last, DELTA]) <= most:
+    now, k, most = track[-1], len(track) - 1, _UNMOVED_MOST + SIGMAS * noise
+    while k > 0 and abs(track[k - 1, DELTA] - now[DELTA]) <= most:
         k -= 1
-    seconds, commanded = track[last, AT] - track[k, AT], track[last, STEERED] - track[k, STEERED]
-    told = seconds >= _UNMOVED_TIME - 1e-9 and abs(commanded) >= _UNMOVED_LEAST + SIGMAS * noise
-    return commanded if told else 0.0
+    before, wanted = track[k], track[index_before(track, _UNMOVED_TIME), STEERED] - track[k, STEERED]
+    commanded = max(min(before[DELTA] + wanted, limit), -limit) - before[DELTA]
+    told = before[AT] <= now[AT] - _UNMOVED_TIME + 1e-9
+    return commanded if told and abs(commanded) >= _UNMOVED_LEAST + SIGMAS * noise else 0.0
 
 
 @inner

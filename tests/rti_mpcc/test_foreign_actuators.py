@@ -54,6 +54,18 @@ def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noi
     assert not corrections(found.ride)
 
 
+@pytest.mark.parametrize(
+    ("cycle", "late", "told"), [(0.15, 0.0, True), (0.2, 0.18, False), (0.02, 0.18, False)]
+)
+def test_a_vehicle_docks_and_stays_whatever_its_cycle(cycle: float, late: float, told: bool) -> None:
+    slow = {"drive_lag": 0.3, "steering_lag": 0.3, "steering_dead_time": late}
+    draw = Case("bay_perpendicular", "rates", EXACT | slow, 0.3 if late else 0.0, 320)
+    found = driven(draw, draw.told if told else None, cycle=cycle)
+    assert found.docked
+    assert found.moved <= 0.025
+    assert not any("sensor" in command.diagnostics.reason for command in found.ride.commands)
+
+
 def test_a_drive_is_found_whose_vehicle_only_tries_to_stand() -> None:
     """On a slope, before a route is planned; its wheels are still, so nothing is learnt of the steering."""
     here = Pose2(0.0, 0.0, 0.0)
