@@ -137,7 +137,7 @@ class Reason(Enum):
     SEARCHES_PLAN = "searches plan", "{}", Status.STARTING
     """There is no first plan yet."""
     TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad", Status.STARTING
-    RETRIES_SOON = "looks soon", "standing, searches again soon: {}", Status.FAILED
+    RETRIES_SOON = "retries soon", "standing, searches again soon: {}", Status.FAILED
     OVERLAP = "overlap", "{}", Status.BLOCKED
     CREEPS_OUT = "creeps out", "{}: creeps out of it", Status.BLOCKED
     CONTACT_AHEAD = "contact ahead", "contact in {}", Status.BLOCKED
@@ -152,22 +152,22 @@ class Reason(Enum):
     GOAL_UNCERTAIN = "goal uncertain", "{}", Status.GOAL_LOST
     """The goal is not known well enough to dock at."""
     SETTLES = "settles", "braking to rest at the target", Status.SETTLING
-    STANDS_BEFORE_OBSTACLE = "stands before something", "something blocks the route: {}", Status.BLOCKED
+    STANDS_BEFORE_OBSTACLE = "stands before obstacle", "something blocks the route: {}", Status.BLOCKED
     STANDS_AT_CUSP = "stands at cusp", "standing at the cusp", Status.CHANGING_DIRECTION
     GOAL_REJECTED = "goal rejected", "{}", Status.GOAL_REJECTED
     NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet", Status.SEARCHING
     DOCKED = "docked", "standing inside the tolerance", Status.DOCKED
-    COMMANDED_TO_STAND = "told to stand", "standing as commanded", Status.WAITING
+    COMMANDED_TO_STAND = "commanded to stand", "standing as commanded", Status.WAITING
     STALLED = "stalled", "no plan from here ends inside the tolerance{}", Status.STALLED
     GOAL_BEHIND = (
         "goal behind",
         "the goal is {} m behind where the vehicle stops: a new route is needed",
         Status.GOAL_BEHIND,
     )
-    PLANS_ROUTE = "plans way", "planning a route: {}", Status.PLANNING
-    NO_ROUTE = "no way", "{}", Status.STALLED
+    PLANS_ROUTE = "plans route", "planning a route: {}", Status.PLANNING
+    NO_ROUTE = "no route", "{}", Status.STALLED
     """There is no route in the area; the detail says why."""
-    INTERNAL_ERROR = "mistake", "internal error: {}", Status.FAILED
+    INTERNAL_ERROR = "internal error", "internal error: {}", Status.FAILED
 
     message: str
     status: Status | None

@@ -213,7 +213,7 @@ class Replanner:
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
         if task.yielding is not None:
-            return "something is in the way"
+            return "an obstacle is on the route"
         if task.phase is Phase.STARTING and task.stop_reason:
             return task.stop_reason
         return ""
