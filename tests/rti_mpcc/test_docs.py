@@ -12,13 +12,17 @@ from pathlib import Path
 
 import pytest
 
+import rti_mpcc
 from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
 from rti_mpcc.cli import main
 from rti_mpcc.mission.step import STEPS
+from rti_mpcc.report.files import TRAJECTORY
+from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 from rti_mpcc.simulation.sections.mission import StepSection, table_of
+from rti_mpcc.types import Reason
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -178,7 +182,8 @@ def test_attributes_of_classes_exist() -> None:
 
 LEFT_BEHIND = re.compile(
     r"\b(begun|begins? anew|the begin|told|gone on with|mended|made for|in vain|so many|so long"
-    r"|moving picture|comes out so|another way|the way that|who stands|what stands|what fills)\b",
+    r"|moving picture|comes out so|another way|the way that|who stands|what stands|what fills|no way"
+    r"|plans way|looks soon)\b",
     flags=re.IGNORECASE,
 )
 """Words that have a better one: one word for one thing, the field's."""
@@ -188,6 +193,20 @@ LEFT_BEHIND = re.compile(
 def test_pages_use_the_words_of_the_field(page: Path) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert LEFT_BEHIND.findall(text) == []
+
+
+def test_reasons_and_scenarios_do_too() -> None:
+    texts = [f"{reason.value} {reason.message}" for reason in Reason]
+    texts += [load_scenario(name).description for name in builtin_names()]
+    assert [text for text in texts if LEFT_BEHIND.findall(text)] == []
+
+
+def test_all_that_a_ride_is_written_as_and_all_public_names_are_documented() -> None:
+    files, reference = (ROOT.joinpath("docs", page).read_text() for page in ("files.md", "reference.md"))
+    figures = {*TRAJECTORY, *summary(simulate(load_scenario("bay_perpendicular")))}
+    assert {name for name in figures if f"`{name}`" not in files} == set()
+    listed = re.findall(r"^::: .*?(\w+)$", reference, flags=re.MULTILINE)
+    assert {*rti_mpcc.__all__} - {*listed} == {"__version__"}
 
 
 def test_the_help_of_each_command_does_too(capsys: pytest.CaptureFixture[str]) -> None:
