@@ -9,12 +9,7 @@ from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
 from estimation.prior import GoalPrior
-from estimation.settings import (
-    DetectionNoise,
-    DisturbanceFilterConfig,
-    GoalFilterConfig,
-    VehicleFilterConfig,
-)
+from estimation.settings import DetectionNoise, DisturbanceFilterConfig, GoalFilterConfig, VehicleFilterConfig
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome, stds_in
 from estimation.vehicle_filter import MeasurementNoise
 from geometry.later import import_later

@@ -12,15 +12,7 @@ from math import atan, cos, exp, inf, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
-from estimation.comparison import (
-    SHORT,
-    STEERING_WINDOW,
-    WINDOWS,
-    Comparison,
-    Gap,
-    compare,
-    gaps_if_late,
-)
+from estimation.comparison import SHORT, STEERING_WINDOW, WINDOWS, Comparison, Gap, compare, gaps_if_late
 from estimation.odometry import (
     ALONG,
     ASIDE,

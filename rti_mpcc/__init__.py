@@ -70,16 +70,7 @@ from rti_mpcc.version import __version__
 
 if TYPE_CHECKING:
     from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
-    from rti_mpcc.mission import (
-        Approach,
-        Dock,
-        DockingMission,
-        DockKind,
-        DriveTo,
-        Straight,
-        Undock,
-        Wait,
-    )
+    from rti_mpcc.mission import Approach, Dock, DockingMission, DockKind, DriveTo, Straight, Undock, Wait
     from rti_mpcc.route_planner.path_repair import PathChange, RepairedPath, repaired_path
     from rti_mpcc.route_planner.planner import plan_manoeuvre
 else:  # imported when they are first used: cameras, missions, and the planner's kernels

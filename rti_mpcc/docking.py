@@ -25,13 +25,7 @@ from rti_mpcc.course.blocked import on_course
 from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.course.context import PlanningContext, Workspace
 from rti_mpcc.course.route_start import OUT_OF_REACH
-from rti_mpcc.course.transitions import (
-    Event,
-    next_segment,
-    restarted,
-    standing_route,
-    transition_on,
-)
+from rti_mpcc.course.transitions import Event, next_segment, restarted, standing_route, transition_on
 from rti_mpcc.drive import fallback, first_plan, holding, limiter
 from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency
 from rti_mpcc.drive.driving import driven

@@ -10,13 +10,7 @@ import numpy as np
 from benchmarks.reproduction import causes
 from benchmarks.reproduction.content import PAPER as PAPER_COLUMNS
 from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
-from benchmarks.reproduction.docking_pictures import (
-    BODY_EVERY,
-    HIGHEST,
-    LONGEST,
-    plane_figure,
-    time_figure,
-)
+from benchmarks.reproduction.docking_pictures import BODY_EVERY, HIGHEST, LONGEST, plane_figure, time_figure
 from benchmarks.reproduction.published import published_run, published_track
 from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from benchmarks.reproduction.verdicts import (

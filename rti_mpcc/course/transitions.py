@@ -15,16 +15,7 @@ from rti_mpcc.course import conditions
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
-from rti_mpcc.state import (
-    DRIVING,
-    ControllerState,
-    Phase,
-    PlannedStop,
-    Plans,
-    RouteState,
-    Task,
-    Yielding,
-)
+from rti_mpcc.state import DRIVING, ControllerState, Phase, PlannedStop, Plans, RouteState, Task, Yielding
 from rti_mpcc.types import Trajectory
 
 Condition = Callable[[ControllerState, PlanningContext], bool]

@@ -3,13 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.figures import (
-    Target,
-    distribution,
-    ratio_row,
-    relative_change,
-    target_table,
-)
+from benchmarks.figures import Target, distribution, ratio_row, relative_change, target_table
 
 
 def test_percentiles_of_a_known_distribution() -> None:

@@ -8,17 +8,7 @@ import numpy as np
 import pytest
 
 from estimation import GoalFilterConfig, GoalStatus, Outcome
-from tests.estimation.detections import (
-    GOAL,
-    age,
-    numbers,
-    off_by,
-    seen,
-    shifted,
-    stamps,
-    told,
-    tracking,
-)
+from tests.estimation.detections import GOAL, age, numbers, off_by, seen, shifted, stamps, told, tracking
 
 NOT_A_TIME = (nan, inf, -inf, 1e11, -1e300)
 

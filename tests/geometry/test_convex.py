@@ -8,15 +8,7 @@ import shapely
 
 from geometry import convex
 from geometry.arrays import Array
-from geometry.convex import (
-    NORMAL_X,
-    NORMAL_Y,
-    ON_A_X,
-    ON_A_Y,
-    ON_B_X,
-    ON_B_Y,
-    VALUE,
-)
+from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, ON_B_X, ON_B_Y, VALUE
 from tests.geometry.convex_shapes import as_geometry, between, counter_clockwise, drawn, exact, placed
 from tests.kernels import called
 

@@ -14,14 +14,7 @@ from pydantic import BaseModel
 import estimation
 import geometry
 import rti_mpcc
-from estimation import (
-    Camera,
-    CharucoBoard,
-    GoalFilterConfig,
-    GoalMeasurement,
-    GoalPoseFilter,
-    GoalPrior,
-)
+from estimation import Camera, CharucoBoard, GoalFilterConfig, GoalMeasurement, GoalPoseFilter, GoalPrior
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from geometry.shape_grid import Body
 from rti_mpcc import (

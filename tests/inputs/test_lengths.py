@@ -9,15 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry import (
-    Corridor,
-    CorridorError,
-    InputError,
-    Narrowing,
-    PathError,
-    Pose2,
-    ReferencePath,
-)
+from geometry import Corridor, CorridorError, InputError, Narrowing, PathError, Pose2, ReferencePath
 from geometry.arrays import Array
 from rti_mpcc import DockingController
 

@@ -12,15 +12,7 @@ from hypothesis import strategies as st
 
 from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.arrays import Array
-from geometry.convex import (
-    NORMAL_X,
-    NORMAL_Y,
-    ON_A_X,
-    ON_A_Y,
-    ON_B_X,
-    ON_B_Y,
-    VALUE,
-)
+from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, ON_B_X, ON_B_Y, VALUE
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import between
 from tests.geometry.sides import contacts_of, distances

@@ -14,13 +14,7 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from estimation.belief import BURST
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
-from rti_mpcc.simulation import (
-    Scenario,
-    changed,
-    docking_controller,
-    load_scenario,
-    simulate,
-)
+from rti_mpcc.simulation import Scenario, changed, docking_controller, load_scenario, simulate
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import assert_docked, short

@@ -10,12 +10,7 @@ from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import short
-from tests.rti_mpcc.fault_runs import (
-    braked,
-    check_all,
-    contact_speed,
-    with_fault,
-)
+from tests.rti_mpcc.fault_runs import braked, check_all, contact_speed, with_fault
 
 # Of the state, the solver and an actuator; the other kinds are driven in acceptance.
 USUAL = ("nan_state", "solver_fail", "stuck_steering")

@@ -11,15 +11,7 @@ import pytest
 import shapely
 
 from benchmarks.foreign import Car, Event, drive
-from rti_mpcc import (
-    Area,
-    ControllerConfig,
-    DockingController,
-    Pose2,
-    ReferencePath,
-    Status,
-    Vehicle,
-)
+from rti_mpcc import Area, ControllerConfig, DockingController, Pose2, ReferencePath, Status, Vehicle
 from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 

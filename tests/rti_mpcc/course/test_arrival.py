@@ -5,13 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from rti_mpcc.course.arrival import (
-    WAITING_REACH,
-    cubic_motion,
-    peak_speed,
-    profiled_motion,
-    time_to_go,
-)
+from rti_mpcc.course.arrival import WAITING_REACH, cubic_motion, peak_speed, profiled_motion, time_to_go
 from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.types import Array
 

@@ -9,14 +9,7 @@ import pytest
 
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig
-from rti_mpcc.route_planner.arcs import (
-    find_cusps,
-    length_of,
-    merge_arcs,
-    poses_after,
-    split_arcs,
-    windows_of,
-)
+from rti_mpcc.route_planner.arcs import find_cusps, length_of, merge_arcs, poses_after, split_arcs, windows_of
 from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, slopes_of, traced
 from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE, Smoothing
