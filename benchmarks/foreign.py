@@ -138,7 +138,8 @@ class Plant:
         for row in reversed(self.sent):
             if row[0] + dead_time <= self.time + 1e-9:
                 return float(row[column])
-        return float(self.state[column + 2]) * (self.car.interface == "setpoints")
+        at_rest = column == 3 or self.car.interface == "rates"
+        return 0.0 if at_rest else float(self.state[column + 2])
 
     def advance(self, events: Sequence[Event]) -> None:
         """Move on by one `STEP`."""
