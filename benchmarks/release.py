@@ -2,7 +2,8 @@
 
     python -m benchmarks.release [--url https://HOST/OWNER/rti-mpcc]
 
-Version, changelog and CITATION.cff have to agree, and a tag of HEAD has to be theirs. An index shows README
+Version, changelog and CITATION.cff have to agree, nothing may be unreleased, and a tag of HEAD has to be
+theirs. An index shows README
 without the files that it links to: with --url (or PROJECT_URL) its links lead to the files of the tag there;
 without, their words stay, and pictures are left out. Nothing is uploaded. Exit status: 0 built, 1 refused.
 """
@@ -71,6 +72,13 @@ def disagreements(tree: Path, tags: list[str]) -> list[str]:
     return [f"{name}: {value}, expected {wanted}" for name, value, wanted in found if value != wanted]
 
 
+def unreleased(tree: Path) -> list[str]:
+    """What CHANGELOG.md has under [Unreleased]."""
+    changelog = (tree / "CHANGELOG.md").read_text(encoding="utf-8")
+    _, _, pending = changelog.partition("## [Unreleased]")
+    return re.findall(r"^- .*", pending.partition("\n## ")[0], flags=re.MULTILINE)
+
+
 def build(tree: Path, out: Path, url: str) -> None:
     """Wheel and sdist of a tree, whose README is changed."""
     version, readme, project = version_of(tree), tree / "README.md", tree / "pyproject.toml"
@@ -92,7 +100,7 @@ def main() -> int:
     url = str(parser.parse_args().url).rstrip("/")
     tags = (git("tag", "--points-at", "HEAD") or "").split()
     with files_of("HEAD") as tree:
-        if wrong := disagreements(tree, tags):
+        if wrong := [*disagreements(tree, tags), *(f"unreleased: {line}" for line in unreleased(tree))]:
             print("\n".join(wrong), file=sys.stderr)
             return 1
         if f"v{version_of(tree)}" not in tags:

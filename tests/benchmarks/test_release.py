@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.pythons import python_of
-from benchmarks.release import disagreements, for_index, version_of
+from benchmarks.release import disagreements, for_index, unreleased, version_of
 from benchmarks.tables import ROOT
 
 URL = "https://example.org/us/rti-mpcc"
@@ -55,6 +55,12 @@ def tree(tmp_path: Path) -> Path:
 
 def test_all_name_one_version(tree: Path) -> None:
     assert disagreements(tree, [f"v{version_of(tree)}", "measured"]) == []
+
+
+def test_what_is_not_released_yet_is_told(tree: Path) -> None:
+    changelog = tree / "CHANGELOG.md"
+    changelog.write_text("## [Unreleased]\n\n### Changed\n\n- One.\n\n## [0.1.0] - 2026-11-21\n\n- Two.\n")
+    assert unreleased(tree) == ["- One."]
 
 
 @pytest.mark.parametrize("file", ["pyproject.toml", "CHANGELOG.md", "CITATION.cff"])
