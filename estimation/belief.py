@@ -58,7 +58,13 @@ class Belief:
 def later(belief: Belief, detection: Detection, prior: GoalPrior | None, tracks: TrackFilter) -> Belief:
     """The belief after one more detection; `judged` says what became of it."""
     problem = "" if prior is None else prior.problem(detection)
-    judged = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose, reason=problem)
+    judged = Judgement(
+        stamp=detection.stamp,
+        outcome=Outcome.REJECTED,
+        pose=detection.pose,
+        covariance=detection.covariance,
+        reason=problem,
+    )
     track = None if belief.track is None else tracks.predicted(belief.track, detection.stamp)
     belief = replace(belief, time=detection.stamp, track=track)
     if track is None:

@@ -46,7 +46,8 @@ class Judgement:
     Attributes:
         stamp: of the detection [s].
         outcome: see there; reason: one line for humans, "" where accepted.
-        pose: of the goal in the world by this detection alone; None where refused.
+        pose, covariance: of the goal in the world by this detection alone, (3, 3) of x, y [m], heading [rad];
+            None where refused.
         innovation: (3,) detection minus prediction x, y [m], heading [rad], world axes; None without one.
         nis: normalised innovation squared against the gate's chi-square law of 3; None without one.
     """
@@ -55,6 +56,7 @@ class Judgement:
     outcome: Outcome
     reason: str = ""
     pose: Pose2 | None = None
+    covariance: Array | None = None
     innovation: Array | None = None
     nis: float | None = None
 

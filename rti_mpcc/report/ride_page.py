@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from estimation import GoalEstimate, Judgement
 from geometry import Area, Pose2
 from geometry.contacts import ACROSS, ALONG, APART, AT_X
 from geometry.corridor import space_around
@@ -93,7 +94,7 @@ def _data(ride: Ride) -> dict[str, Any]:
                 "target": goals.place(told.target),
                 "setpoint": goals.place(command.goal and command.goal.pose),
                 "goal": goals.place(true_goal),
-                "ellipse": _ellipse(moment, origin),
+                "ellipse": _ellipse(moment.command.diagnostics.goal, origin),
                 "obstacles": [outlines.place(each) for each in moment.obstacles],
                 "moving": moving,
                 "plan": _plan(moment),
@@ -122,7 +123,7 @@ def _data(ride: Ride) -> dict[str, Any]:
         "walls": [_line(each, origin) for each in walls],
         "docked_object": None if ride.docked_object is None else _points(ride.docked_object, origin),
         "detections": [
-            [*_rounded([each.stamp, *_pose(each.pose, origin)], 3), each.accepted]
+            [round(each.stamp, 3), each.accepted, *(_ellipse(each, origin) or ())]
             for each in ride.detections
             if each.pose is not None
         ],
@@ -165,9 +166,8 @@ def _half_planes(moment: Moment, ride: Ride) -> list[list[int]]:
     return [[round(CM * float(value)) for value in (*edge[k], *normal[k])] for k in nearest]
 
 
-def _ellipse(moment: Moment, origin: Array) -> list[float | None] | None:
-    """Of the goal's estimate: centre, half axes at three sigma [m] and angle [rad]."""
-    goal = moment.command.diagnostics.goal
+def _ellipse(goal: GoalEstimate | Judgement | None, origin: Array) -> list[float | None] | None:
+    """Of the goal, by all detections or by one: centre, half axes at three sigma [m] and angle [rad]."""
     if goal is None or goal.pose is None or goal.covariance is None:
         return None
     values, vectors = np.linalg.eigh(goal.covariance[:2, :2])

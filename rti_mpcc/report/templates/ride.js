@@ -83,20 +83,23 @@ function drawScene() {
   }
   for (const [x, y, vx, vy] of D.moving[now]) stroke([x, y, x + AHEAD * vx, y + AHEAD * vy], COLORS.red, 2, [4, 3]);
   if (D.docked_object) fill(D.docked_object, COLORS.pink, COLORS.black);
-  for (const [stamp, x, y, , accepted] of D.detections) {
+  const ellipse = ([x, y, long, short, angle], color) => {
+    c.beginPath();
+    c.ellipse(...at(x, y), Math.max(scale * long, 1), Math.max(scale * short, 1), -angle, 0, 2 * Math.PI);
+    c.strokeStyle = color; c.lineWidth = 1; c.stroke();
+  };
+  for (const [stamp, accepted, ...place] of D.detections) {
     if (stamp > D.t[now]) continue;
-    const [px, py] = at(x, y);
+    c.globalAlpha = 0.3;  // the latest of many stands out
+    ellipse(place, accepted ? COLORS.green : COLORS.red);
+    c.globalAlpha = 1;
+    const [px, py] = at(place[0], place[1]);
     c.fillStyle = accepted ? COLORS.green : COLORS.red;
     c.fillRect(px - 1.5, py - 1.5, 3, 3);
   }
   if (D.goal[now] !== null) stroke(bodyAt(D.poses[D.goal[now]]), COLORS.red, 1.5, [6, 4], true);
   if (D.setpoint[now] !== null) stroke(bodyAt(D.poses[D.setpoint[now]]), COLORS.pink, 1.2, [2, 2], true);
-  if (D.ellipse[now]) {
-    const [x, y, long, short, angle] = D.ellipse[now], [px, py] = at(x, y);
-    c.beginPath();
-    c.ellipse(px, py, Math.max(scale * long, 1), Math.max(scale * short, 1), -angle, 0, 2 * Math.PI);
-    c.strokeStyle = COLORS.pink; c.lineWidth = 1; c.stroke();
-  }
+  if (D.ellipse[now]) ellipse(D.ellipse[now], COLORS.pink);
   stroke(bodyAt(D.poses[D.target[now]]), COLORS.black, 1, [1, 3], true);
   const driven = [];
   for (let k = 0; k <= now; k++) if (known(k)) driven.push(D.x[k], D.y[k]);
@@ -137,21 +140,28 @@ function writeLegend() {
     ["end of the segment", COLORS.black], ["half-planes", COLORS.red], ["goal setpoint, 3 sigma", COLORS.pink]];
   if (D.routes.length) entries.push(["path or route", COLORS.orange]);
   if (D.simulated) entries.push(["true goal", COLORS.red]);
-  if (D.detections.length) entries.push(["detection, accepted", COLORS.green, COLORS.green],
+  if (D.detections.length) entries.push(["detection, accepted, 3 sigma", COLORS.green, COLORS.green],
     ["detection, rejected", COLORS.red, COLORS.red]);
   if (D.moving.some((some) => some.length)) entries.push([`motion of an obstacle in ${AHEAD} s`, COLORS.red]);
+  writeKey("legend", entries);
+  const seen = [...new Set(D.status)].map((place) => D.texts[place]);
+  writeKey("statuses", seen.map((name) => [name, D.colors[name] || COLORS.grey, D.colors[name] || COLORS.grey]));
+}
+
+function writeKey(id, entries) {
   for (const [name, line, inside] of entries) {
     const entry = document.createElement("span");
     entry.textContent = name;
     entry.style.setProperty("--line", line);
     if (inside) entry.style.setProperty("--fill", inside);
-    byId("legend").append(entry);
+    byId(id).append(entry);
   }
 }
 
 // -- over time ---------------------------------------------------------------------------------------------
 
 const START = D.t[0], END = Math.max(D.t[N - 1], START + 1e-3), MARGIN = 46;
+const STEP = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100].find((each) => (END - START) / each <= 10) || 500;  // of the time axis [s]
 
 function cycleAt(time) {
   let low = 0, high = N - 1;
@@ -177,7 +187,8 @@ function cycleUnder(event) {
 }
 
 function drawChart({ strip, canvas }) {
-  const [c, width, height] = fitted(canvas), top = 16, low = height - 4;
+  const last = canvas === charts[charts.length - 1].canvas;
+  const [c, width, height] = fitted(canvas), top = 16, low = height - (last ? 18 : 4);
   const finite = strip.values.filter((value) => value !== null);
   let least = Math.min(0, ...finite), most = Math.max(0, ...finite);
   const lines = [[strip.comfort, COLORS.green, [4, 3]], [strip.limit, COLORS.grey, [8, 3, 2, 3]]];
@@ -192,12 +203,19 @@ function drawChart({ strip, canvas }) {
   c.clearRect(0, 0, width, height);
   c.font = "11px sans-serif"; c.textBaseline = "middle"; c.fillStyle = "#333"; c.textAlign = "left";
   const value = strip.values[now];
-  c.fillText(`${strip.label}: ${value === null ? "–" : value}`, MARGIN, 7);
+  const bounds = [["comfort", strip.comfort], ["limit", strip.limit]].filter((each) => each[1] !== null);
+  const said = bounds.map(([name, level]) => `${name} ${Number(level.toPrecision(3))}`).join(", ");
+  c.fillText(`${strip.label}: ${value === null ? "–" : value}${said && `  (${said})`}`, MARGIN, 7);
   c.textAlign = "right";
   const ticks = [least, most];
   if (Math.min(low - y(0), y(0) - top) > 12) ticks.push(0);
   for (const tick of ticks) c.fillText(Number(tick.toPrecision(3)), MARGIN - 4, Math.min(Math.max(y(tick), top), low));
-  c.strokeStyle = "#ddd"; c.strokeRect(MARGIN, top, width - MARGIN - 1, low - top);
+  c.strokeStyle = "#ddd"; c.lineWidth = 1; c.strokeRect(MARGIN, top, width - MARGIN - 1, low - top);
+  c.textAlign = "center";
+  for (let time = Math.ceil(START / STEP) * STEP; time <= END; time += STEP) {
+    c.beginPath(); c.moveTo(x(time), top); c.lineTo(x(time), low); c.stroke();
+    if (last && x(time) < width - 20) c.fillText(`${Number(time.toPrecision(6))} s`, x(time), height - 7);
+  }
   for (const [level, color, dash] of lines) {
     if (level === null) continue;
     for (const side of least < 0 ? [level, -level] : [level]) {

@@ -83,6 +83,7 @@ def test_cycles_without_a_position_are_gaps(detected: tuple[RunResult, Ride]) ->
     assert (data["x"][3], data["plan"][3], data["planes"][3]) == (None, [], [])
     assert data["ellipse"][-1] is not None
     assert len(data["detections"]) == sum(each.pose is not None for each in ride.detections)
+    assert {len(each) for each in data["detections"]} == {7}  # each with its ellipse
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
