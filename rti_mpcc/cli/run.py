@@ -77,8 +77,10 @@ def add_run(commands: Commands) -> None:
 
 
 def _key(text: str) -> tuple[str, object]:
-    """A key and its value, from KEY=VALUE."""
+    """A key and its value, from KEY=VALUE; a word needs no quotes."""
     key, _, value = text.partition("=")
+    if value.isidentifier() and value not in ("true", "false", "inf", "nan"):
+        return key.strip(), value
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:

@@ -122,7 +122,7 @@ def simulate(
     return RunResult(
         scenario=scenario,
         preset=preset,
-        method=method,
+        method=scenario.method_of(method),
         seed=seed,
         goal_source=source,
         config=config,

@@ -126,6 +126,10 @@ class Scenario(Section):
             return self.goal_pose().compose(Pose2(*self.goal.measurement.initial_offset))
         return None if self.goal.is_path_end else self.goal_pose()
 
+    def method_of(self, asked: str) -> str:
+        """The method that is asked for, or that of [controller] where that is the usual one."""
+        return self.controller.method or asked if asked == "dynamic" else asked
+
     def controller_config(
         self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
     ) -> ControllerConfig:
@@ -154,8 +158,10 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        changes |= section.model_dump(exclude={*names, "docking_time", "weights"}, exclude_none=True)
-        config = with_method(PRESETS[preset](**changes), method)
+        changes |= section.model_dump(
+            exclude={*names, "docking_time", "weights", "method"}, exclude_none=True
+        )
+        config = with_method(PRESETS[preset](**changes), self.method_of(method))
         if section.weights is not None:
             config = config.changed(weights=section.weights.model_dump(exclude_unset=True))
         if section.docking_time is None:

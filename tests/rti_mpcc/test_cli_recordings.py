@@ -12,6 +12,7 @@ from PIL import Image
 
 from rti_mpcc.cli import main
 from rti_mpcc.recording import read_recording
+from rti_mpcc.simulation import changed, load_scenario, simulate
 from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
 from tests.rti_mpcc.recording.recordings import change
 
@@ -239,14 +240,18 @@ def test_what_cannot_be_shown_is_refused(
 
 
 def test_keys_of_the_controller_are_set(capsys: pytest.CaptureFixture[str]) -> None:
-    keys = ["--set", "weights.contouring=5", "--set", "comfort_jerk = 0.8", "--set", "ride='brisk'"]
+    keys = ["--set", "weights.contouring=5", "--set", "comfort_jerk = 0.8", "--set", "ride=brisk"]
     assert run("short.toml", "--record", "set.jsonl", *keys) == 1
     config = read_recording("set.jsonl").header.config
+    assert (
+        simulate(changed(load_scenario("short.toml"), {"controller.method": "switched"})).method == "switched"
+    )
     assert (config.weights.contouring, config.comfort.jerk, config.ride) == (5.0, 0.8, "brisk")
     capsys.readouterr()
     for given, message in (
         ("weights.contouring", "'weights.contouring' must be KEY=VALUE, such as weights.contouring=5"),
-        ("ride=brisk", "'ride=brisk' must be KEY=VALUE"),
+        ("ride=[brisk", "'ride=[brisk' must be KEY=VALUE"),
+        ("method=swtched", "controller.method = 'swtched': must be one of dynamic, separated, switched"),
         ("comfort=1", "controller.comfort = 1: unknown key"),
     ):
         assert message in refused(capsys, "run", "short.toml", "--set", given)

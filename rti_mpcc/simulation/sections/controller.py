@@ -9,6 +9,7 @@ from pydantic import Field
 
 from rti_mpcc.config import EXIT, Ride, Weights
 from rti_mpcc.config.vehicle import Delay
+from rti_mpcc.paper import METHODS
 from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Positive, Section, Triple
 
 _Noise = Annotated[
@@ -17,7 +18,10 @@ _Noise = Annotated[
 
 
 class ControllerSection(Section):
-    """What the controller assumes or is asked for; None, and a weight that is not given, is the preset's."""
+    """What the controller assumes or is asked for; None, and a weight that is not given, is the preset's.
+
+    `method`: of the objective, where none is asked for on the command line.
+    """
 
     dead_time: Delay | None = None
     drive_lag: Delay | None = None
@@ -32,6 +36,11 @@ class ControllerSection(Section):
     recovery: bool | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
     weights: Weights | None = None
+    method: str | None = None
+
+    def _problems(self) -> Iterator[KeyProblem]:
+        if self.method not in (None, *METHODS):
+            yield KeyProblem("method", self.method, f"must be one of {', '.join(METHODS)}")
 
 
 class SimulationSection(Section):
