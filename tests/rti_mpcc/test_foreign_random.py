@@ -1,0 +1,13 @@
+"""A foreign vehicle with everything at random docks, stays, and accuses no healthy sensor."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.foreign_random import drawn, faults
+
+
+@pytest.mark.parametrize("seed", range(30_000, 30_006))
+def test_a_foreign_vehicle_docks_whatever_an_integrator_has(seed: int) -> None:
+    draw = drawn(seed)
+    assert faults(draw, draw.drive()) == []
