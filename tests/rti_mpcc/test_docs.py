@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import pkgutil
 import re
+import shlex
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from importlib import import_module
@@ -207,6 +209,17 @@ def test_all_that_a_ride_is_written_as_and_all_public_names_are_documented() -> 
     assert {name for name in figures if f"`{name}`" not in files} == set()
     listed = re.findall(r"^::: .*?(\w+)$", reference, flags=re.MULTILINE)
     assert {*rti_mpcc.__all__} - {*listed} == {"__version__"}
+
+
+@pytest.mark.parametrize("page", DOCUMENTS, ids=name)
+def test_commands_and_blocks_can_be_typed(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = page.read_text(encoding="utf-8")
+    monkeypatch.setattr("rti_mpcc.cli.exit_status", lambda parser, argv: 0 if parser.parse_args(argv) else 1)
+    for line in re.findall(r"^ *(?:\$ )?rti-mpcc ((?!is )[a-z-].*)$", text, flags=re.MULTILINE):
+        assert main(shlex.split(line, comments=True)) == 0, line
+    for kind, read in (("toml", tomllib.loads), ("python", ast.parse)):
+        for block in re.findall(rf"^```{kind}\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
+            read(block)
 
 
 def test_the_help_of_each_command_does_too(capsys: pytest.CaptureFixture[str]) -> None:
