@@ -25,7 +25,7 @@ FOLDER = ROOT / "docs" / "pictures"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 """The first of them that this machine has."""
-WINDOW = (1400, 770)
+WINDOW = (1400, 860)
 """Of a page [pixels]."""
 MOST_PIXELS = 800
 """Width of a photograph."""
