@@ -106,7 +106,10 @@ class AxisMotion:
             commanded=monitor.commanded,
             coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
-        motion = AxisMotion(moments=_from(now - WINDOW, (*self.moments, moment)), pose=pose, noise=noise)
+        moments = (*self.moments, moment)
+        # From the last one before the window on: cycles seldom end right there.
+        since = max(bisect_right(moments, now - WINDOW + 1e-9, key=_at) - 1, 0)
+        motion = AxisMotion(moments=moments[since:], pose=pose, noise=noise)
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
             found, std = motion._leapt(self.unseen, monitor.acting)
@@ -211,12 +214,9 @@ class AxisMotion:
         return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
 
     def _last(self, seconds: float) -> tuple[AxisReading, ...]:
-        return _from(self.moments[-1].at - seconds, self.moments) if self.moments else ()
-
-
-def _from(begin: float, moments: tuple[AxisReading, ...]) -> tuple[AxisReading, ...]:
-    """The moments from the last one on that is not later than `begin` [s]: cycles seldom end right there."""
-    return moments[max(bisect_right(moments, begin + 1e-9, key=_at) - 1, 0) :]
+        """The moments since the last one that is at least so old."""
+        begin = self.moments[-1].at - seconds if self.moments else 0.0
+        return self.moments[max(bisect_right(self.moments, begin + 1e-9, key=_at) - 1, 0) :]
 
 
 def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
