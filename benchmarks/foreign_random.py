@@ -111,7 +111,7 @@ def drawn(seed: int) -> Draw:
     return Draw(
         config=config,
         path=path,
-        half=float(random.uniform(1.4, 3.0)) * config.vehicle.width,
+        half=float(random.uniform(1.8, 3.5)) * config.vehicle.width,
         goals=tuple(_goals(random, path.end, config)),
         car=Car.of(
             config.vehicle,
@@ -144,7 +144,7 @@ def _path(random: Generator, config: ControllerConfig) -> ReferencePath:
     arcs = [
         (
             direction,
-            float(random.uniform(-0.7, 0.7)) * config.max_curvature,
+            float(random.uniform(-0.5, 0.5)) * config.max_curvature,
             float(random.uniform(1.5, 3.0)) * radius,
         )
         for _ in range(random.integers(1, 4))
