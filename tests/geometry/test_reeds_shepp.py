@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -134,6 +135,31 @@ def test_arcs_of_more_than_half_a_turn_are_found_where_the_direction_is_kept(off
         wanted = first + straight + last
         assert least_cost(x, y, phi, 1.0, 20.0, 100.0) <= wanted + 1e-9
         assert least_cost(-x, y, -phi, 1.0, 1.5, 100.0) <= 1.5 * wanted + 1e-9
+
+
+class TestBesideOmpl:
+    @pytest.fixture
+    def distance(self) -> Any:
+        base = pytest.importorskip("ompl.base")
+        space = base.ReedsSheppStateSpace(1.0)
+        start, goal = space.allocState(), space.allocState()
+        start.setXY(0.0, 0.0)
+        start.setYaw(0.0)
+
+        def between(pose: Pose) -> float:
+            goal.setXY(pose[0], pose[1])
+            goal.setYaw(pose[2])
+            return float(space.distance(start, goal))
+
+        return between
+
+    def test_the_length_is_the_same(self, distance: Any) -> None:
+        for pose in drawn(20_000, seed=10):
+            assert length_to(pose) == pytest.approx(distance(pose), rel=1e-6, abs=1e-9)
+
+    def test_the_length_is_the_same_on_a_grid(self, distance: Any) -> None:
+        for pose in GRID:
+            assert length_to(pose) == pytest.approx(distance(pose), rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize(("back", "cusp"), [(1.0, 0.0), (1.0, 1.5), (2.0, 0.0), (3.0, 4.0), (0.5, 0.1)])
