@@ -65,7 +65,7 @@ def course_section(runs: Runs) -> Section:
     """The section, its tables and two figures."""
     outcomes = [runs.of(FULL_COURSE, method) for method in CONTOURING]
     beyond = runs.of(FULL_COURSE, preset=DEFAULT)
-    rows = [measured(outcome, outcome.case.method) for outcome in outcomes]
+    rows = [measured(outcome, outcome.result.method) for outcome in outcomes]
     shown = [*rows, measured(beyond, looks.BEYOND), _published_row(beyond.result)]
     blocks: list[Block] = [say(_SAYS), *_pictures(outcomes), *_errors(shown), _constant_table(rows)]
     blocks += [found(sentence) for sentence in verdicts(rows, shown[-1])]

@@ -29,7 +29,7 @@ def integer(least: int) -> Callable[[str], int]:
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "scenario": {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"},
-    "--method": {"choices": METHODS, "default": "dynamic", "help": "objective's method; default: dynamic"},
+    "--method": {"choices": METHODS, "help": "objective's method; default: the scenario's, or dynamic"},
     "--preset": {"choices": PRESETS, "default": "default", "help": "preset of settings; default: default"},
     "--seed": {
         "type": integer(0),

@@ -79,11 +79,11 @@ def add_run(commands: Commands) -> None:
 def _key(text: str) -> tuple[str, object]:
     """A key and its value, from KEY=VALUE; a word needs no quotes."""
     key, _, value = text.partition("=")
-    if value.isidentifier() and value not in ("true", "false", "inf", "nan"):
-        return key.strip(), value
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
+        if value.isidentifier():
+            return key.strip(), value
         raise argparse.ArgumentTypeError(
             f"{text!r} must be KEY=VALUE, such as weights.contouring=5"
         ) from None

@@ -28,7 +28,7 @@ class Case:
     """One run to be driven: see `simulate`."""
 
     scenario: Scenario
-    method: str = "dynamic"
+    method: str | None = None
     preset: str = "default"
     seed: int = 0
 

@@ -62,7 +62,7 @@ def simulate(
     scenario: Scenario,
     *,
     preset: str = "default",
-    method: str = "dynamic",
+    method: str | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     controller: Controller | None = None,
@@ -122,7 +122,7 @@ def simulate(
     return RunResult(
         scenario=scenario,
         preset=preset,
-        method=scenario.method_of(method),
+        method=method or scenario.controller.method,
         seed=seed,
         goal_source=source,
         config=config,

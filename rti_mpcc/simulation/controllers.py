@@ -39,7 +39,7 @@ def docking_controller(
     scenario: Scenario,
     *,
     preset: str = "default",
-    method: str = "dynamic",
+    method: str | None = None,
     goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController:
     """The controller that `simulate` makes, without the mission. Raises InputError."""

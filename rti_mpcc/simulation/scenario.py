@@ -126,16 +126,13 @@ class Scenario(Section):
             return self.goal_pose().compose(Pose2(*self.goal.measurement.initial_offset))
         return None if self.goal.is_path_end else self.goal_pose()
 
-    def method_of(self, asked: str) -> str:
-        """The method that is asked for, or that of [controller] where that is the usual one."""
-        return self.controller.method or asked if asked == "dynamic" else asked
-
     def controller_config(
-        self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
+        self, preset: str = "default", *, method: str | None = None, detections: bool | None = None
     ) -> ControllerConfig:
         """The controller's settings. Raises InputError for an unknown preset or method, ConfigError.
 
-        `detections`: whether it detects the goal, by default with [goal.measurement].
+        `method`: by default that of [controller]; `detections`: whether it detects the goal, by default with
+        [goal.measurement].
         """
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
@@ -161,7 +158,7 @@ class Scenario(Section):
         changes |= section.model_dump(
             exclude={*names, "docking_time", "weights", "method"}, exclude_none=True
         )
-        config = with_method(PRESETS[preset](**changes), self.method_of(method))
+        config = with_method(PRESETS[preset](**changes), method or section.method)
         if section.weights is not None:
             config = config.changed(weights=section.weights.model_dump(exclude_unset=True))
         if section.docking_time is None:

@@ -243,9 +243,8 @@ def test_keys_of_the_controller_are_set(capsys: pytest.CaptureFixture[str]) -> N
     keys = ["--set", "weights.contouring=5", "--set", "comfort_jerk = 0.8", "--set", "ride=brisk"]
     assert run("short.toml", "--record", "set.jsonl", *keys) == 1
     config = read_recording("set.jsonl").header.config
-    assert (
-        simulate(changed(load_scenario("short.toml"), {"controller.method": "switched"})).method == "switched"
-    )
+    switched = changed(load_scenario("short.toml"), {"controller.method": "switched"})
+    assert [simulate(switched, method=each).method for each in (None, "dynamic")] == ["switched", "dynamic"]
     assert (config.weights.contouring, config.comfort.jerk, config.ride) == (5.0, 0.8, "brisk")
     capsys.readouterr()
     for given, message in (

@@ -20,7 +20,7 @@ _Noise = Annotated[
 class ControllerSection(Section):
     """What the controller assumes or is asked for; None, and a weight that is not given, is the preset's.
 
-    `method`: of the objective, where none is asked for on the command line.
+    `method`: of the objective, where the command line asks for none.
     """
 
     dead_time: Delay | None = None
@@ -36,10 +36,10 @@ class ControllerSection(Section):
     recovery: bool | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
     weights: Weights | None = None
-    method: str | None = None
+    method: str = "dynamic"
 
     def _problems(self) -> Iterator[KeyProblem]:
-        if self.method not in (None, *METHODS):
+        if self.method not in METHODS:
             yield KeyProblem("method", self.method, f"must be one of {', '.join(METHODS)}")
 
 
