@@ -21,6 +21,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
+from estimation.actuators import noise_variance
 from geometry import Area, Corridor, CorridorError, ReferencePath
 from geometry.arrays import locked
 from geometry.corridor import with_shapes
@@ -234,8 +235,9 @@ class TrackedObstacle:
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
         if still and not displaced:
-            new = replace(new, noise=self.noise + (_noise(new.seen) - self.noise) / NOISE_MOMENTS)
-            return replace(new, velocity=np.zeros(2), moves=False, still_since=None)
+            noise = noise_variance(np.array(new.seen[-3:])[:, 1:])
+            noise = self.noise + (noise - self.noise) / NOISE_MOMENTS
+            return replace(new, velocity=np.zeros(2), moves=False, still_since=None, noise=noise)
         velocity = moved / max(now - since, distance / FASTEST)
         return replace(new, velocity=velocity, moves=True, still_since=since_when, noise=self.noise)
 
@@ -334,15 +336,6 @@ def observed(
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
         found.append(known[place].seen_as(here, now, last))
     return tuple(found)
-
-
-def _noise(seen: Sequence[tuple[float, float, float]]) -> float:
-    """Variance along an axis [m²] by the last three moments: their second difference is hardly motion."""
-    if len(seen) < 3:
-        return 0.0
-    one, other, last = np.array(seen[-3:])[:, 1:]
-    second = one - 2.0 * other + last
-    return float(second @ second) / 12.0
 
 
 def _states_motion(given: ArrayLike) -> bool:
