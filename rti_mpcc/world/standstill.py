@@ -106,10 +106,7 @@ class AxisMotion:
             commanded=monitor.commanded,
             coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
-        moments = (*self.moments, moment)
-        # From the last one before the window on: cycles seldom end right there.
-        since = max(bisect_right(moments, now - WINDOW + 1e-9, key=_at) - 1, 0)
-        motion = AxisMotion(moments=moments[since:], pose=pose, noise=noise)
+        motion = AxisMotion(moments=(*self._last(WINDOW - seconds), moment), pose=pose, noise=noise)
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
             found, std = motion._leapt(self.unseen, monitor.acting)
@@ -124,6 +121,8 @@ class AxisMotion:
         """
         rest: list[AxisReading] = []
         still = config.moving_speed
+        if not self.moments or abs(self.moments[-1].measured) > still:
+            return 0.0, inf
         for moment in reversed(self._last(SLIP_TIME)):
             if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
                 break
@@ -214,7 +213,7 @@ class AxisMotion:
         return self.moments[-1].at - self.moments[0].at if self.moments else 0.0
 
     def _last(self, seconds: float) -> tuple[AxisReading, ...]:
-        """The moments since the last one that is at least so old."""
+        """The moments since the last one that is at least so old: cycles seldom begin right then."""
         begin = self.moments[-1].at - seconds if self.moments else 0.0
         return self.moments[max(bisect_right(self.moments, begin + 1e-9, key=_at) - 1, 0) :]
 
