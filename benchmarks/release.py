@@ -3,9 +3,9 @@
     python -m benchmarks.release [--url https://HOST/OWNER/rti-mpcc]
 
 Version, changelog and CITATION.cff have to agree, nothing may be unreleased, and a tag of HEAD has to be
-theirs. An index shows README
-without the files that it links to: with --url (or PROJECT_URL) its links lead to the files of the tag there;
-without, their words stay, and pictures are left out. Nothing is uploaded. Exit status: 0 built, 1 refused.
+theirs. An index shows README without the files that it links to: with --url (or PROJECT_URL) its links lead
+to the files of the tag there; without, their words stay, and pictures are left out. Nothing is uploaded.
+Exit status: 0 built, 1 refused.
 """
 
 from __future__ import annotations

@@ -106,11 +106,10 @@ def _draw_goals(axes: Axes, ride: Ride) -> None:
         moved = goals[np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))]
         draw.bodies(axes, moved, vehicle, draw.RED, "goal before it moved", linewidths=0.5)
         draw.bodies(axes, goals[-1], vehicle, draw.RED, "goal", linewidths=1.5, linestyles=["dashed"])
-    elif (
-        ride.moments and ride.moments[-1].command.goal is not None
+    elif ride.moments and (
+        known := ride.moments[-1].command.goal
     ):  # of a recording, as the controller has it
-        pose = ride.moments[-1].command.goal.pose
-        setpoint = np.array([pose.x, pose.y, pose.phi])
+        setpoint = np.array([known.pose.x, known.pose.y, known.pose.phi])
         draw.bodies(axes, setpoint, vehicle, draw.RED, "goal setpoint", linewidths=1.5, linestyles=["dashed"])
     if ride.planned_goal is not None:
         look = {"linewidths": 1.2, "linestyles": [(0.0, (2.0, 1.0))]}

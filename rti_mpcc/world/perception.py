@@ -201,8 +201,8 @@ def goal_in(
     same = (came, averaged_at, refusal) == (known.given, known.averaged_at, known.refusal)
     if same and fit is known.fit and given_fit is known.given_fit:
         return known, taken
-    known = replace(known, given=came, averaged_at=averaged_at, refusal=refusal)
-    return replace(known, given_fit=given_fit, fit=fit), taken
+    after = replace(known, given=came, averaged_at=averaged_at, given_fit=given_fit, fit=fit, refusal=refusal)
+    return after, taken
 
 
 def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:
