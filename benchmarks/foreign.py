@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from estimation import GoalMeasurement
 from geometry import Pose2, wrap
-from rti_mpcc import Command, Vehicle, VehicleState
+from rti_mpcc import ActuatorModel, Command, ControllerConfig, Vehicle, VehicleState
 
 STEP = 0.005  # of the plant [s]
 Interface = Literal["rates", "setpoints"]
@@ -66,6 +66,23 @@ class Car:
         """A car of a product's vehicle size."""
         size = cls(wheelbase=vehicle.wheelbase, front=vehicle.front, rear=vehicle.rear, width=vehicle.width)
         return replace(size, **changes)  # type: ignore[arg-type]
+
+    @classmethod
+    def driven_by(cls, config: ControllerConfig, **changes: object) -> Car:
+        """A car of the size and within the limits that a controller is configured for."""
+        limits = config.limits
+        able = {"speed": limits.speed, "steering": limits.steering, "acceleration": limits.acceleration}
+        return cls.of(config.vehicle, **able, rate=max(limits.steering_rate, 1.0), **changes)
+
+    @property
+    def actuators(self) -> ActuatorModel:
+        """What a user would give who knows the vehicle."""
+        return ActuatorModel(
+            dead_time=self.drive_dead_time,
+            steering_dead_time=self.steering_dead_time,
+            drive_lag=self.drive_lag,
+            steering_lag=self.steering_lag,
+        )
 
     def body(self, pose: Pose2 | Array) -> shapely.Polygon:
         """The body [m] with its rear axle at a pose (x, y, heading)."""

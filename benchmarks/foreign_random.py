@@ -19,7 +19,7 @@ import numpy as np
 from numpy.random import Generator
 
 from benchmarks.foreign import Car, Interface, Ride, drive
-from benchmarks.foreign_sensors import Faulty, dead_band, healthy
+from benchmarks.foreign_sensors import NOISE, Faulty, dead_band, healthy
 from rti_mpcc import (
     ActuatorModel,
     Command,
@@ -33,7 +33,6 @@ from rti_mpcc import (
 
 KINDS = ("rc_car", "delivery_robot", "forklift", "car", "van", "bus")
 CYCLES = (0.02, 0.03, 0.05, 0.07, 0.1)  # [s]
-NOISE = np.array((0.01, 0.01, 0.002, 0.01, 0.003))  # standard deviations of x, y, heading, v, delta
 SECONDS, AFTER = 180.0, 20.0  # of a ride at most, and after the first DOCKED [s]
 ACCUSES = ("leapt", "does not follow", "sensor", "internal error")
 
@@ -79,7 +78,7 @@ class Draw:
             self.path.start,
             cycle=self.config.cycle,
             seconds=SECONDS,
-            sensor=Faulty(fault, noise=tuple((self.noise * NOISE).tolist())),
+            sensor=Faulty(fault, noise=tuple(self.noise * each for each in NOISE)),
             seed=self.seed,
             after_docked=AFTER + max(time for time, _ in self.goals),
         )
@@ -96,15 +95,8 @@ def drawn(seed: int) -> Draw:
         "steering_lag": 0.5 * random.uniform(),
     }
     actuators = {name: float(value) * (random.uniform() < 0.7) for name, value in unknown.items()}
-    given = ActuatorModel(
-        dead_time=actuators["drive_dead_time"],
-        steering_dead_time=actuators["steering_dead_time"],
-        drive_lag=actuators["drive_lag"],
-        steering_lag=actuators["steering_lag"],
-    )
-    told = random.uniform() < 0.4
-    cycle = float(random.choice(CYCLES))
-    config = config.changed(cycle=cycle, deadline=None, actuators=given if told else ActuatorModel())
+    given = Car.of(config.vehicle, **actuators).actuators if random.uniform() < 0.4 else ActuatorModel()
+    config = config.changed(cycle=float(random.choice(CYCLES)), deadline=None, actuators=given)
     path, interface = _path(random, config), str(random.choice(get_args(Interface)))
     small = min(config.goal_tolerance[0] / 0.05, 1.0)
     slow = float(random.choice((0.0, 0.05))) * small  # [m/s]
@@ -113,13 +105,9 @@ def drawn(seed: int) -> Draw:
         path=path,
         half=float(random.uniform(1.8, 3.5)) * config.vehicle.width,
         goals=tuple(_goals(random, path.end, config)),
-        car=Car.of(
-            config.vehicle,
+        car=Car.driven_by(
+            config,
             interface=interface,
-            speed=config.limits.speed,
-            steering=config.limits.steering,
-            acceleration=config.limits.acceleration,
-            rate=max(config.limits.steering_rate, 1.0),
             slope=float(random.choice((0.0, random.uniform(-0.05, 0.05)))),
             uphill=float(random.uniform(-pi, pi)),
             creep=float(random.choice((0.0, 0.2))),

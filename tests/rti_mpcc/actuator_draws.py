@@ -12,7 +12,7 @@ from benchmarks.foreign import Car, Interface, Ride, drive
 from benchmarks.foreign_sensors import Faulty, healthy
 from geometry import Pose2
 from geometry.outline import drawn_shape, shape_of
-from rti_mpcc import ActuatorModel, ControllerConfig
+from rti_mpcc import ActuatorModel, ControllerConfig, Vehicle
 from rti_mpcc.simulation import Scenario, load_scenario
 from rti_mpcc.simulation.controllers import controller_of
 
@@ -35,13 +35,7 @@ class Case:
     @property
     def told(self) -> ActuatorModel:
         """What a user would give who knows the vehicle."""
-        of = self.actuators
-        return ActuatorModel(
-            dead_time=of["drive_dead_time"],
-            steering_dead_time=of["steering_dead_time"],
-            drive_lag=of["drive_lag"],
-            steering_lag=of["steering_lag"],
-        )
+        return Car.of(Vehicle(), **self.actuators).actuators
 
 
 def case(seed: int) -> Case:
@@ -78,19 +72,10 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
     """A ride with default settings, or with `actuators` given."""
     scenario = load_scenario(case.scene)
     config = scenario.controller_config().changed(actuators=actuators or ActuatorModel(), **changes)
-    goal, limits = scenario.goal_pose(), config.limits
-    car = Car.of(
-        config.vehicle,
-        interface=case.interface,
-        speed=limits.speed,
-        steering=limits.steering,
-        acceleration=limits.acceleration,
-        rate=max(limits.steering_rate, 1.0),
-        **case.actuators,
-    )
+    goal = scenario.goal_pose()
     done = drive(
         controller_of(scenario, config).step,
-        car,
+        Car.driven_by(config, interface=case.interface, **case.actuators),
         scenario.start_pose() if scenario.in_area else scenario.build_path().start,
         cycle=config.cycle,
         seconds=120.0,
