@@ -11,7 +11,9 @@ the line turns right: such a run of segments counts as one where it crosses a pi
 Q at which it comes in and leaves, its normals add up to Q - P turned to the left, whatever its shape. The
 piece is to get out along the left normal of one of the segments, or at right angles to one of its own edges,
 no way against that sum, whichever is shortest. A piece that is wholly beyond the nearest segment is to get
-out along its left normal. Solid shapes: geometry.flanks.
+out along its left normal, if the origin of the body is beyond the lines or another piece crosses them. Else
+the body has not come through, but is behind the wall of another stretch of its lane: it stays there.
+Solid shapes: geometry.flanks.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from geometry.shape_grid import (
     Body,
     BodyFrame,
     ShapeGrid,
+    beyond_lines,
     cells_around,
     in_frame,
     is_among,
@@ -70,6 +73,7 @@ def line_contacts(
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
+    depth = np.zeros(1)
     spread = 2.0 * outward * hypot(body.half[0], body.half[1])
     for n in range(len(poses)):
         frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
@@ -125,6 +129,11 @@ def line_contacts(
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
+                if least[slot % grid.owners :: grid.owners].min() > 0.0:
+                    depth[0] = 0.0
+                    beyond_lines(grid, poses[n : n + 1], inf, depth)
+                    if depth[0] == 0.0:  # nothing of the body went through
+                        continue
                 in_frame(grid.corners, 2 * nearest[slot], 2, frame, segment)
                 j = slot // grid.owners
                 witness[VALUE] = -inf

@@ -85,6 +85,19 @@ def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
                 assert normal == pytest.approx(-1j, abs=1e-9)
 
 
+def test_a_wall_of_another_stretch_of_the_lane_is_not_to_be_passed() -> None:
+    """Where the lane turns by 260 deg, its last wall is ahead of its start, seen from behind."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.12, 38.0), (-1, 0.0, 18.0)])
+    lane = Corridor.from_offsets(path, left=2.5, right=-3.5)
+    ahead, across = np.array([[3.0, 0.0, 0.0]]), np.array([[3.5, 0.0, 0.0]])
+    wall = shapely.MultiLineString(list(lane.lines(0)[0]))
+    distances = [wall.distance(shapely.Polygon(placed(ring, ahead[0]))) for ring in (REAR, FRONT)]
+    assert contacts_of(lane, 0, BODY, ahead, 5.0).apart[0, :, 0] == pytest.approx(distances, abs=1e-9)
+    assert (contacts_of(lane, 0, BODY, across, 5.0).apart[0, :, 0] < 0.0).all()
+    through = np.array([[6.0, -2.0, path.parts[0].last.phi]])
+    assert (contacts_of(lane, 0, BODY, through, 5.0).apart[0, :, 0] < 0.0).all()
+
+
 def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
     """Also aslant: by its flanks one by one the way out would be the whole length of the piece."""
     narrowed = Corridor.from_offsets(PATH, left=4.0, right=-4.0, narrowings=[Narrowing(10.0, 11.0, left=2.0)])
