@@ -166,6 +166,9 @@ def updated(
     steering = 0.5 * (last.delta + motion.delta)
     distance = 0.5 * seconds * (last.v + motion.v)
     _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
+    # Both may change anywhere between two readings, by set-points in each cycle on the same side.
+    between = abs(seconds * change * tan(steering)), abs(distance * (motion.delta - last.delta))
+    covariance[PHI, PHI] += (0.5 * (between[0] + between[1] / cos(steering) ** 2) / wheelbase) ** 2
     held = _is_held(mean, motion, acceleration)
     since, free = estimate.held_since, estimate.free
     if since is not None and free is not None and not held:

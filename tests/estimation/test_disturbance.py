@@ -175,3 +175,14 @@ def test_nothing_is_learnt_while_somebody_else_brakes() -> None:
         )
     assert estimate.acceleration == before.acceleration
     assert estimate.mean[0] == pytest.approx(v, abs=0.01)
+
+
+@pytest.mark.parametrize("turning", [0.0, -0.3])
+def test_a_speed_that_obeys_at_once_is_not_taken_for_an_offset(turning: float) -> None:
+    """By set-points speed and steering change just after a reading, and stay so until the next one."""
+    estimate, phi, cycle, wheelbase = first_estimate(CONFIG), 0.0, 0.1, 1.4
+    for k in range(30):
+        v, delta = 0.03 * k, 1.06 + turning * k * cycle
+        phi += cycle * v * tan(delta) / wheelbase
+        estimate = updated(estimate, Motion(v, phi, delta), k * cycle, 0.3, wheelbase, CONFIG)
+        assert abs(estimate.steering) < 0.03
