@@ -24,6 +24,7 @@ from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.surroundings import CLEAR_TIME, GOAL_REACH
 
 PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
+IN_REACH = 1.1  # times firm; more than that would stop no vehicle in reach of a passed goal
 WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
 WHEELS_REACH = 0.5  # [m] from its start, at most
 
@@ -142,8 +143,10 @@ def _stay(s: ControllerState, context: PlanningContext) -> Driven:
         why = why_stalled(s, context)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, stalled, along=s.plans.driven)
-    in_reach = GOAL_REACH + context.along
-    wanted = fallback.braking_over(in_reach, context.speed, context.config.firm_deceleration, context.config)
+    in_reach, firm = GOAL_REACH + context.along, context.config.firm_deceleration
+    wanted = fallback.braking_over(in_reach, context.speed, 2.0 * firm, context.config)
+    # Where it cannot stop in reach there is nothing to brake hard for.
+    wanted = context.config.comfort_acceleration if wanted > IN_REACH * firm else min(wanted, firm)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 

@@ -66,6 +66,21 @@ def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
     assert "behind where the vehicle stops: a new route is needed" in stopping[0].diagnostics.reason
 
 
+def test_a_goal_that_will_be_out_of_reach_is_braked_for_in_comfort() -> None:
+    controller, asked = on_lane(60.0, 5.0, CONFIG), [Pose2(60.0, 0.0, 0.0)]
+
+    def goal_at(now: float) -> Pose2:
+        if controller.state.start_state is not None and controller.state.start_state[0] >= 35.0:
+            asked.append(asked[-1] if len(asked) > 1 else Pose2(35.0 - GOAL_REACH + 0.3, 0.0, 0.0))
+        return asked[-1]
+
+    drive = Driver(area=_open(), controller=controller, config=CONFIG, goal_at=goal_at).drive(90.0)
+    stopping = [command for command in drive.commands if command.status is Status.GOAL_BEHIND]
+    assert drive.docked
+    assert stopping
+    assert max(abs(command.acceleration) for command in stopping) <= 1.05 * CONFIG.comfort_acceleration
+
+
 @pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
 @pytest.mark.parametrize("ride", ["smooth", "brisk"])
 def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, ride: str) -> None:
