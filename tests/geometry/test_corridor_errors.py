@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 from math import nan
+from typing import Any
 
+import numpy as np
 import pytest
 
 from geometry import Corridor, CorridorError, Narrowing, Pose2, ReferencePath
@@ -56,6 +58,8 @@ BAD_POLYGONS = [
     ([("a", "b")] * 3, "must be an array of numbers"),
     ([(0.0, 0.0), (1.0, nan), (1.0, 1.0)], "finite"),
     ([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)], "not a simple polygon"),
+    ([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, 0.0)], "not a simple polygon"),
+    (np.zeros((0, 2)), "no corner|0 corner"),
 ]
 
 
@@ -66,7 +70,7 @@ def test_boundaries_need_an_area(corners: list[tuple[float, ...]], message: str)
 
 
 @pytest.mark.parametrize(("corners", "message"), BAD_POLYGONS)
-def test_bad_polygons_are_refused(corners: list[tuple[float, ...]], message: str) -> None:
+def test_bad_polygons_are_refused(corners: Any, message: str) -> None:
     with pytest.raises(CorridorError, match=message):
         Corridor.from_polygon(PATH, corners)
     with pytest.raises(CorridorError, match=message) as caught:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import nan
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,11 @@ import pytest
 import shapely
 from numpy.typing import ArrayLike
 
-from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.shape_grid import Body
 from rti_mpcc import DockingController, VehicleState
 from rti_mpcc.types import Array, Status
+from tests.geometry.convex_shapes import placed
 from tests.geometry.sides import distances as of_bodies
 from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, YARD, Driver, block
@@ -57,23 +57,6 @@ def test_polygons_without_area_are_lines_and_points(given: Any, kept: Any) -> No
         assert [sorted(map(tuple, each.tolist())) for each in found] == [sorted(map(tuple, kept))]
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (np.zeros((0, 2)), "no corner"),
-        ((1.0, 2.0), r"shape \(2,\)"),
-        ([(1.0, nan)], "finite"),
-        ([(0, 0), (2, 2), (2, 0), (0, 2)], "not a simple polygon"),
-        ([(0, 0), (1, 0), (1, 1), (1, 0)], "not a simple polygon"),
-    ],
-)
-def test_what_is_no_obstacle_is_refused(given: Any, said: str) -> None:
-    with pytest.raises(AreaError, match=said):
-        Area(obstacles=[given])
-    with pytest.raises(CorridorError, match=said):
-        Corridor.from_offsets(PATH, left=5.0, right=-5.0, obstacles=[given])
-
-
 # -- distances -----------------------------------------------------------------------------------------------
 
 
@@ -83,17 +66,12 @@ def test_distances_are_those_of_shapely() -> None:
         corners = random.uniform(-6.0, 6.0, (random.integers(1, 3), 2))
         pose = random.uniform(-3.0, 3.0, 3)
         (found,) = distances(corners, [tuple(pose)])
-        body = shapely.Polygon(Area(obstacles=[CAR.corners]).obstacles[0] @ _turned(pose[2]) + pose[:2])
+        body = shapely.Polygon(placed(Area(obstacles=[CAR.corners]).obstacles[0], pose))
         thing = shapely.LineString(corners) if len(corners) > 1 else shapely.Point(corners)
         apart = body.distance(thing)
         assert found == pytest.approx(apart, abs=1e-9) if apart > 0.0 else found <= 0.0
         corridor = Corridor.from_offsets(PATH, left=90.0, right=-90.0, obstacles=[corners])
         assert of_bodies(corridor, 0, CAR, pose[None])[0, 1] == pytest.approx(found, abs=1e-9)
-
-
-def _turned(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([(c, s), (-s, c)])
 
 
 # -- routes and rides ----------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ LATEST = 1e10
 
 
 @given(positive(1e-6, 1e5), cycles, counts)
+@example(0.0, 0.05, 70)
 @example(1e-6, 0.2, 1000)
 @example(300.0, 5e-3, 10)
 @example(0.05 + 69 * 0.1, 0.05, 70)  # exactly as long as equal stages are
@@ -29,10 +30,12 @@ def test_stages_are_positive_add_up_to_the_duration_and_never_get_shorter(
     duration: float, cycle: float, count: int
 ) -> None:
     lengths = stage_lengths(duration, cycle, count)
+    assert lengths.shape == (count,)
     assert lengths[0] == cycle
     assert (lengths > 0.0).all()
     np.testing.assert_allclose(lengths.sum(), max(duration, 3.0 * cycle), rtol=1e-9)
     assert (np.diff(lengths[1:]) >= -1e-12 * lengths[1:-1]).all()
+    np.testing.assert_allclose(lengths[2:] / lengths[1:-1], lengths[2] / lengths[1], rtol=1e-9)
     assert lengths[1] <= FINE_STAGE * (1.0 + 1e-5)
 
 

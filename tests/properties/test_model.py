@@ -79,6 +79,7 @@ def test_what_is_commanded_acts_as_it_was_wanted(acceleration: float, d: float, 
 @given(st.floats(-1.4, 1.4), offsets, gains)
 @example(0.0, 0.0, 1.0)
 @example(1.4, 0.1, 0.1)
+@example(STEERING, 0.0, 0.95)
 @examples
 def test_the_steering_that_acts_and_the_one_that_is_measured_are_the_same_angle(
     measured: float, o: float, turn: float
@@ -86,4 +87,6 @@ def test_the_steering_that_acts_and_the_one_that_is_measured_are_the_same_angle(
     known = Disturbance(steering=o, turn=turn)
     acting = known.acting_steering(measured)
     assert abs(acting) <= 0.5 * pi
+    assert tan(acting) == pytest.approx(turn * tan(measured + o), abs=1e-12)
+    assert known.effective(np.array([1.0, 2.0, 3.0, 4.0, measured, 5.0]))[DELTA] == acting
     assert known.measured_steering(acting) == pytest.approx(measured, abs=1e-9)

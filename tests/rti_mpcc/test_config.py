@@ -81,11 +81,6 @@ def test_a_bad_goal_tolerance_is_refused(tolerance: Any, where: str) -> None:
         ControllerConfig(goal_tolerance=tolerance)
 
 
-def test_a_comfort_above_the_acceleration_limit_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"comfort_acceleration = 0\.4 .* limits\.acceleration = 0\.3"):
-        ControllerConfig(limits=Limits(acceleration=0.3))
-
-
 def test_everything_that_is_wrong_is_said_at_once() -> None:
     with pytest.raises(ConfigError, match=r"cycle = 9\.0: .*stages = 1: "):
         ControllerConfig(cycle=9.0, stages=1)

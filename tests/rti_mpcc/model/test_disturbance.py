@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from math import atan, tan
-
 import numpy as np
 import pytest
 
@@ -12,16 +10,6 @@ from rti_mpcc.model.layout import DELTA
 WHEELBASE, STOP = 2.8, 0.6
 VEHICLE = ControllerConfig(vehicle=Vehicle(wheelbase=WHEELBASE), limits=Limits(steering=STOP))
 ANGLES = (-0.6, -0.1, 0.0, 0.25, 0.6)
-
-
-@pytest.mark.parametrize("turn", [0.9, 1.0, 1.08])
-@pytest.mark.parametrize("angle", ANGLES)
-def test_what_acts_and_what_is_measured_are_turned_into_one_another(angle: float, turn: float) -> None:
-    known = Disturbance(steering=0.02, turn=turn)
-    acting = known.acting_steering(angle)
-    assert tan(acting) == pytest.approx(turn * tan(angle + 0.02))
-    assert known.measured_steering(acting) == pytest.approx(angle)
-    assert known.effective(np.array([1.0, 2.0, 3.0, 4.0, angle, 5.0]))[DELTA] == acting
 
 
 @pytest.mark.parametrize("turn", [0.9, 1.0, 1.08])
@@ -46,8 +34,3 @@ def test_to_turn_too_tightly_is_to_have_a_shorter_wheelbase() -> None:
     expected = roll_forward(state, queue, 0.0, 0.3, VEHICLE.changed(vehicle={"wheelbase": WHEELBASE / 1.1}))
     np.testing.assert_allclose(got, expected, atol=2e-5)
     assert got[DELTA] == expected[DELTA]
-
-
-def test_at_the_stop_the_vehicle_turns_by_its_own_share() -> None:
-    known = Disturbance(turn=0.95)
-    assert known.acting_steering(STOP) == pytest.approx(atan(0.95 * tan(STOP)))
