@@ -13,7 +13,6 @@ import pytest
 from PIL import Image
 
 from geometry import Area, AreaError, InputError, PathError, ReferencePath, files
-from rti_mpcc.cli import main
 from rti_mpcc.errors import RecordingError, ScenarioError
 from rti_mpcc.recording import load_problem, read_recording
 from rti_mpcc.recording.contents import FORMAT, VERSION, to_line
@@ -204,17 +203,3 @@ def test_a_problem_that_is_far_larger_unpacked_is_refused(tmp_path: Path) -> Non
         for _ in range(21):
             stream.write(bytes(10_000_000))
     assert "it has more than 200 MB" in refusal(load_problem, RecordingError, file)
-
-
-# -- the command line ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("command", ["run", "plan", "docks"])
-def test_a_command_says_it_in_one_line_and_ends_with_2(
-    command: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("wild.toml").write_text(".".join("a" * 20_000) + " = 1\n", encoding="utf-8")
-    assert main([command, "wild.toml"]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    said = "rti-mpcc: error: wild.toml: is not TOML that is read here, it has a key of more than 32 parts"
-    assert line == said

@@ -17,7 +17,6 @@ from rti_mpcc import (
     Dock,
     DockingController,
     DockingMission,
-    DriveTo,
     GoalOrigin,
     MissionResult,
     Reason,
@@ -243,34 +242,6 @@ def test_a_mission_is_over_once_the_vehicle_stands(ends: MissionResult) -> None:
     assert (ends, True) in seen
     assert abs(ride.plant.v) < 0.02
     assert mission.result is ends
-
-
-def test_the_result_of_a_step_is_not_that_of_the_mission() -> None:
-    """A loop on the first one's success ends after the first step."""
-    steps = [Wait(0.3), Wait(0.3)]
-    ride = Ride(DockingMission(DockingController.in_area(HALL, CONFIG), steps))
-    ride.drive(1.0)
-    told = [each.mission for each in ride.commands if each.mission is not None]
-    succeeded = MissionResult.SUCCEEDED
-    first = next(each for each in told if each.result is succeeded)
-    assert (first.step, first.mission_result) == (0, MissionResult.RUNNING)
-    whole = next(each for each in told if each.mission_result is succeeded)
-    assert (whole.step, whole.result) == (1, succeeded)
-    last = told[-1]
-    assert (last.step, last.result, last.mission_result) == (1, succeeded, succeeded)
-
-
-def test_after_a_step_that_failed_the_way_home_ends_with_its_own_result() -> None:
-    home = Pose2(3.0, 0.0, 0.0)
-    lost = Dock(Pose2(25.0, 9.5, 0.0), patience=1.0, then="home")
-    mission = DockingMission(DockingController.in_area(HALL, CONFIG), [lost], home=DriveTo(home))
-    ride = Ride(mission)
-    while not mission.over:
-        assert ride.plant.time < 60.0
-        command = ride.drive(0.05)
-    assert command.mission is not None
-    assert command.mission.result is MissionResult.SUCCEEDED
-    assert command.mission.mission_result is MissionResult.NOT_REACHED
 
 
 # -- the deepest cause -----------------------------------------------------------------------------------

@@ -67,11 +67,6 @@ def numbers(command: Command) -> list[str]:
     return [value.hex() for value in values]
 
 
-def test_the_same_run_again_is_the_same(alone: dict[str, list[Command]]) -> None:
-    name = "short, detected"
-    assert_same(list(commands(name)), alone[name])
-
-
 def test_two_that_take_turns_are_as_alone(alone: dict[str, list[Command]]) -> None:
     one, two = "short, detected", "reverse, obstacles"
     both = list(zip(commands(one), commands(two), strict=True))

@@ -93,13 +93,17 @@ def test_the_whole_sequence() -> None:
 
 
 def test_a_command_reports_the_progress_of_the_mission() -> None:
+    """A loop on the first success of a step ends after that step: the mission has a result of its own."""
     drive = driven(mission_in(YARD, [Wait(0.3), Dock(START)]), YARD, 5.0)
     reports = [command.mission for command in drive.commands if command.mission]
     assert len(reports) == len(drive.commands)
-    said = [key for key, _ in groupby((each.step, each.kind, each.result) for each in reports)]
-    assert said == [
-        (0, "wait", RUNNING), (0, "wait", SUCCEEDED), (1, "dock", RUNNING), (1, "dock", SUCCEEDED),
-    ]  # fmt: skip
+    said = [(each.step, each.kind, each.result, each.mission_result) for each in reports]
+    assert [key for key, _ in groupby(said)] == [
+        (0, "wait", RUNNING, RUNNING),
+        (0, "wait", SUCCEEDED, RUNNING),
+        (1, "dock", RUNNING, RUNNING),
+        (1, "dock", SUCCEEDED, SUCCEEDED),
+    ]
 
 
 @pytest.mark.parametrize("shown", [0.0, 1.7e9, -50.0])
@@ -207,6 +211,9 @@ def test_a_dock_that_is_never_detected() -> None:
         ("drive_to", 0, 0, SUCCEEDED),
     ]
     assert mission.result is MissionResult.NOT_DETECTED
+    last = drive.commands[-1].mission
+    assert last is not None
+    assert (last.result, last.mission_result) == (SUCCEEDED, MissionResult.NOT_DETECTED)
     assert drive.error(START).within((0.06, 0.06, 0.04))
 
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from geometry import Pose2, ReferencePath
-from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
-from rti_mpcc.simulation.metrics import body_clearances, untimed
+from rti_mpcc.simulation.metrics import untimed
 from tests.rti_mpcc.simulation.conftest import Scripted, ScriptedPlanner, forward, still
 
 AHEAD = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0), (-1, 0.0, 3.0), (1, 0.0, 14.0)])
@@ -85,13 +84,3 @@ def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(straight: S
     assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(10.0), "cusps": 1}
     stays = leaving(straight, lambda now: given)
     assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
-
-
-def test_clearance_is_to_all_that_is_solid(hall: Scenario) -> None:
-    vehicle = Vehicle()
-    scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
-    result = simulate(scenario, controller=Scripted(script=still))
-    assert body_clearances(result) == pytest.approx(8.0 - 3.0 - vehicle.front)
-    scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
-    result = simulate(scenario, controller=Scripted(script=still))
-    assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)

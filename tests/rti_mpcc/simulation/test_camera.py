@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from estimation import Camera, CharucoBoard
-from estimation.camera import turn
 from geometry import Pose2
 from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.types import Array
+from tests.estimation.test_board_pose import pixels
 
 CAMERA, BOARD, DOCK = Camera(), CharucoBoard(), Pose2(0.0, 0.0, 0.0)
 CLEAR = Optics(blur=0.0, noise=0.0)
@@ -26,10 +26,8 @@ def taking(camera: Camera = CAMERA, seed: int = 0, **optics: float) -> BoardCame
 
 def corners(camera: Camera, vehicle: Pose2) -> Array:
     """Pixels (n, 2) of the corners between the squares."""
-    columns, rows = np.meshgrid(np.arange(1, BOARD.columns), np.arange(1, BOARD.rows))
-    in_goal = BOARD.in_goal_frame(np.column_stack([columns.ravel(), rows.ravel()]) * BOARD.square)
     goal = DOCK.relative_to(vehicle)
-    return camera.project(in_goal @ turn(goal.phi).T + (goal.x, goal.y, 0.0))
+    return pixels(np.array([goal.x, goal.y, goal.phi]), camera, BOARD)
 
 
 @pytest.mark.parametrize("camera", [CAMERA, PITCHED, BENT], ids=["plain", "pitched", "bent"])

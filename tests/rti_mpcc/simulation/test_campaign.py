@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,8 @@ from typing import Any
 import distributed
 import pytest
 
-from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.campaign import TIMES, CampaignRow, drive_case, read_rows, run_campaign
+from rti_mpcc.errors import CampaignError, InputError
+from rti_mpcc.simulation.campaign import TIMES, drive_case, read_rows, run_campaign
 from tests.rti_mpcc.simulation.drives import ShortCase, made_up, troubled
 
 CASES = [ShortCase(index=index) for index in range(8)]
@@ -86,20 +85,8 @@ def test_an_incomplete_last_line_is_left_out_and_others_are_refused(tmp_path: Pa
             read_rows(tmp_path)
 
 
-def test_workers_that_there_are_none_of_are_told_in_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_that_there_are_none_of_are_told_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="jobs = 0: must be >= 1"):
         run_campaign(CASES, tmp_path, jobs=0)
     with pytest.raises(CampaignError, match="no Dask scheduler at nowhere"):
         run_campaign(CASES, tmp_path, dask="nowhere")
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtraError, match=r"pip install '.\[cluster\]'"):
-        run_campaign(CASES, tmp_path, dask="tcp://127.0.0.1:1")
-
-
-def test_a_row_has_nothing_of_the_time_it_took(tmp_path: Path) -> None:
-    row: CampaignRow = drive_case(CASES[0])
-    assert row.timed is not None
-    assert "timed" not in row.table()
-    assert not {"cycle_ms", "deadline_misses"} & set(row.table()["figures"])

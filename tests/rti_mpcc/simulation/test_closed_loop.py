@@ -52,7 +52,7 @@ def test_run_ends_five_seconds_after_a_latched_stop(straight: Scenario, status: 
 def test_goal_is_told_only_where_the_scenario_has_one(straight: Scenario) -> None:
     short = changed(straight, {"simulation.duration": 0.2})
     without, with_goal = Scripted(script=still), Scripted(script=still)
-    simulate(short, controller=without)
+    assert simulate(short, controller=without).goal_source is GoalSource.KNOWN  # there is no detector
     simulate(changed(short, {"goal.pose": [11.0, 0.5, 0.1]}), controller=with_goal)
     assert {given[2] for given in without.given} == {None}
     assert {given[2] for given in with_goal.given} == {Pose2(11.0, 0.5, 0.1)}

@@ -9,9 +9,7 @@ import pytest
 
 from estimation import Frame
 from geometry import Pose2
-from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import GoalSource, Scenario, SimulatedDetector, scenario_from_dict, simulate
-from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.types import Array
 from tests.rti_mpcc.simulation.conftest import Scripted, forward, still
@@ -73,16 +71,6 @@ def test_shares_of_dropouts_and_of_outliers_in_any_direction(dropout: float, out
         directions = np.arctan2(found[wrong, 1], found[wrong, 0])
         quarters = np.histogram(directions, bins=4, range=(-np.pi, np.pi))[0] / wrong.sum()
         assert quarters == pytest.approx(np.full(4, 0.25), abs=0.12)
-
-
-@pytest.mark.parametrize("source", list(GoalSource))
-def test_source_needs_a_detector(source: GoalSource) -> None:
-    assert source_in("any", source, detector=True) is source
-    if source is GoalSource.DETECTED:
-        assert source_in("any", source, detector=False) is GoalSource.KNOWN
-        return
-    with pytest.raises(InputError, match=rf"goal_source = '{source.value}': must be 'detected'"):
-        source_in("any", source, detector=False)
 
 
 @pytest.mark.parametrize("source", list(GoalSource))
