@@ -33,7 +33,6 @@ def assert_right(outcome: Outcome) -> None:
     assert not outcome.touched
 
 
-@pytest.mark.acceptance
 @pytest.mark.parametrize("fault", [*IN_TIME, *BURSTS])
 @pytest.mark.parametrize("place", PLACES)
 def test_it_docks_where_the_dock_is_in_time(place: Place, fault: str) -> None:
@@ -45,7 +44,6 @@ def test_it_docks_where_the_dock_is_in_time(place: Place, fault: str) -> None:
         assert outcome.docked_at <= 1.15 * clean(place, seed), (seed, outcome)
 
 
-@pytest.mark.acceptance
 @pytest.mark.parametrize("fault", NEVER)
 @pytest.mark.parametrize("place", PLACES)
 def test_it_stands_and_says_why_where_no_detection_can_be_right(place: Place, fault: str) -> None:
@@ -60,7 +58,6 @@ def test_it_stands_and_says_why_where_no_detection_can_be_right(place: Place, fa
         assert any(said[fault] in each.diagnostics.reason for each in done.commands)
 
 
-@pytest.mark.acceptance
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("place", PLACES)
 def test_a_dock_that_moves_is_docked_at_where_it_stands(place: Place, motion: str) -> None:

@@ -14,9 +14,7 @@ OVER = 1.1
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize(
-    "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
-)
+@pytest.mark.parametrize("name", ["docking_inside", "docking_behind"])
 def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name: str) -> None:
     missed = [aim for aim in aims(summary(simulate(load_scenario(name))), name) if not aim.met]
     assert missed == []
@@ -25,11 +23,7 @@ def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name
 @pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("comfort", "value"),
-    [
-        pytest.param("acceleration", 0.15, marks=pytest.mark.acceptance),
-        ("lateral_acceleration", 0.06),
-        pytest.param("steering_rate", 0.12, marks=pytest.mark.acceptance),
-    ],
+    [("acceleration", 0.15), ("lateral_acceleration", 0.06), ("steering_rate", 0.12)],
 )
 def test_what_is_driven_keeps_to_comfort_and_takes_the_time_expected(comfort: str, value: float) -> None:
     usual, gentle = (

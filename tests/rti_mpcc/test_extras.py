@@ -139,7 +139,6 @@ print(len(result.cycles.speed) > 1)
 
 WRITES = "from rti_mpcc import simulation as s; s.scenario_text(s.load_scenario('docking_inside'))"
 DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
-DRIVES = "from rti_mpcc.simulation import batch; batch.drive_all([])"
 SPREADS = """
 from pathlib import Path
 from rti_mpcc.simulation.campaign import run_campaign
