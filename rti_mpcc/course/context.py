@@ -47,7 +47,8 @@ class PlanningContext:
         now, start_time: [s]; start_time = now + dead time.
         state: (6,) at `start_time`, heading on the route's branch, with the steering that acts, see (O4).
         before: what the commands make of acceleration [m/s²] and steering rate [rad/s] by then.
-        acceleration: that acts until then [m/s²]; measured_speed: estimate at `now` [m/s].
+        acceleration: that plans continue from [m/s²], see `Actuator.continued`.
+        measured_speed: estimate at `now` [m/s].
         doubt: why nothing can be planned from this state, or "".
         target: of the segment, or a stop on it; profile: the segment's speed limits.
         along: distance to the target along the path [m], negative where that was passed; distance: with the
@@ -148,7 +149,12 @@ def context_of(
     along, distance = distance_left(here, theta, on_path, part.direction, target)
     error, off = here.relative_to(target.pose), hypot(here.x - on_path.x, here.y - on_path.y)
     start = now + s.vehicle.dead_time
-    before = s.sent[-1].acting(start, s.vehicle.actuators) if s.sent else (0.0, 0.0)
+    before, acceleration = (0.0, 0.0), 0.0
+    if s.sent:
+        last, drive = s.sent[-1], s.vehicle.actuators.drive
+        before = last.acting(start, s.vehicle.actuators)
+        planned = drive.continued(last.acceleration, last.before[0], before[0], config.cycle)
+        acceleration = s.vehicle.disturbance.acting(planned)
     stands = route_start.here(s, config) if s.vehicle.stands and monitor.state is not None else here
     if s.task.hold is not None and s.task.hold.docked is not None:
         stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here
@@ -157,7 +163,7 @@ def context_of(
         start_time=start,
         state=reached,
         before=before,
-        acceleration=s.vehicle.disturbance.acting(before[0]) if s.sent else 0.0,
+        acceleration=acceleration,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
         doubt=monitor.doubt or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,

@@ -197,6 +197,14 @@ class Actuator(NamedTuple):
         lead = min(1.0 / (1.0 - exp(-seconds / self.lag)), MOST_LEAD)
         return min(max(acting + lead * (wanted - acting), -most), most)
 
+    def continued(self, commanded: float, before: float, acting: float, seconds: float) -> float:
+        """What the next plan continues from: what acts now, `seconds` after the last command began; where
+        that lead did not invert all of the lag what was wanted, else plans would change it too slowly."""
+        if self.lag <= SHORT:
+            return commanded
+        lead = 1.0 / (1.0 - exp(-seconds / self.lag))
+        return acting if lead <= MOST_LEAD else before + (commanded - before) / MOST_LEAD
+
     def acting(self, commanded: float, before: float, seconds: float) -> float:
         """(D2): what acts `seconds` after a command began to act, where `before` acted."""
         if self.lag <= 0.0:
