@@ -5,7 +5,7 @@ Pose and speed are compared over windows; the steering sensor with turns of the 
 
 from __future__ import annotations
 
-from math import sqrt, tan
+from math import cos, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +51,7 @@ _DRIFT, _DRIFT_WAY = 0.06, 0.08
 _UNMOVED_TIME, _UNMOVED_LEAST, _UNMOVED_MOST = 0.3, 0.03, 0.002
 """A sensor that has changed by no more than the last [rad] has stayed as it is. That is told where at least
 the second [rad] was commanded, and that this time ago [s]: the longest dead time."""
+_FARTHEST = 1.3  # [rad] that wheels are turned
 _STEERING_STOP = 0.15  # [rad] from its limit, where a steering may end
 
 
@@ -171,7 +172,8 @@ def _aside_for(track: Array2, noisy: float, wheelbase: float, out: bool) -> floa
     for seconds in WINDOWS:
         then = track[index_before(track, seconds)]
         moved, turned, reported = now[ALONG] - then[ALONG], now[PHI] - then[PHI], now[TURNED] - then[TURNED]
-        most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + _ANGLE * abs(moved) / wheelbase
+        angle = _ANGLE / _curving(now[DELTA], then[DELTA])
+        most = _TURN_FLOOR + noisy + 0.1 * abs(turned) + angle * abs(moved) / wheelbase
         if abs(turned - reported) > most and (out or _explains(track, seconds, turned, reported, wheelbase)):
             return seconds
     changed, moved = _drifted(track, 1.0, wheelbase)
@@ -212,7 +214,13 @@ def _drifted(track: Array2, seconds: float, wheelbase: float) -> tuple[float, fl
             return 0.0, 0.0
         aside = (end[PHI] - start[PHI] - end[TURNED] + start[TURNED]) / distance
         angle = aside if k == 0 else angle - aside
-    return wheelbase * angle, least
+    return wheelbase * angle * _curving(now[DELTA], then[DELTA]), least
+
+
+@inner
+def _curving(one: float, other: float) -> float:
+    """By how much an angle changes with its tangent, at the larger of two angles of the steering [rad]."""
+    return cos(min(max(abs(one), abs(other)), _FARTHEST)) ** 2
 
 
 @inner

@@ -10,6 +10,7 @@ import pytest
 from estimation.odometry import (
     ALONG,
     ASIDE,
+    DELTA,
     DRIVEN,
     PHI,
     POSE_SPEED,
@@ -76,3 +77,21 @@ def test_a_speed_is_left_out_by_what_pose_and_commands_agree_on(share: float, le
     assert bool(known.speed.problem) == left_out
     assert not known.pose
     assert known.usable(state, WHEELBASE)[3] == pytest.approx(speed if left_out else share * speed, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("says", "stands", "left_out"),
+    [(0.4, 0.3, False), (1.2, 1.1, False), (0.0, 1.1, True), (-1.1, 1.1, True)],
+)
+def test_far_out_a_small_offset_of_the_steering_is_no_disagreement(
+    says: float, stands: float, left_out: bool
+) -> None:
+    """Its tangent is five times as steep there as straight ahead."""
+    track = track_from(0.0, arc(0, 0.9, stands), arc(0, 0.9, stands))
+    known, change = Sensors(track=track), CommandedChange(0.0, 0.0, stands, 0.0)
+    track[0, DELTA] = says
+    for k in range(1, 41):
+        state = arc(k, 0.9, stands)
+        state[4] = says
+        known = compare_sensors(known, k * H, state, change, EXACT, BODY._replace(steering=1.2))
+    assert bool(known.steering.problem) is left_out
