@@ -2,8 +2,8 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.foreign_random [--draws N] [--seed S]
 
-Kind of vehicle, cycle, stamps (uneven, seconds since 1970), coordinates of a map, interface, actuators (given
-or not), slope, noise, dead band, goals that are corrected, obstacles that tremble, lost cycles, unusable
+Kind of vehicle and ride, cycle, stamps (uneven, seconds since 1970), place on a map, interface, actuators
+(given or not), slope, noise, dead band, goals that are corrected, obstacles that tremble, lost cycles, unusable
 states. Each is to dock where it was last asked to, to stay there, and to accuse no healthy sensor.
 """
 
@@ -87,7 +87,8 @@ class Draw:
 def drawn(seed: int) -> Draw:
     """The random ride of a seed."""
     random = np.random.default_rng(seed)
-    config = ControllerConfig.for_vehicle(str(random.choice(KINDS)))
+    kind, ride = str(random.choice(KINDS)), "brisk" if seed % 3 == 0 else "smooth"
+    config = ControllerConfig.for_vehicle(kind, ride=ride)
     unknown = {
         "drive_dead_time": 0.3 * random.uniform(),
         "steering_dead_time": 0.3 * random.uniform(),
