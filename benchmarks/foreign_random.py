@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python -m benchmarks.foreign_random [--draws N] [--seed S]
 
 Kind of vehicle and ride, cycle, stamps (uneven, seconds since 1970), place on a map, interface, actuators
-(given or not), slope, noise, dead band, goals that are corrected, obstacles that tremble, lost cycles, unusable
-states. Each is to dock where it was last asked to, to stay there, and to accuse no healthy sensor.
+(given or not), slope, noise, dead band, goals that are corrected, obstacles that tremble, lost cycles,
+unusable states. Each is to dock where it was last asked to, to stay there, and to accuse no healthy sensor.
 """
 
 from __future__ import annotations
