@@ -7,6 +7,8 @@ dm the means of the measured speed and steering, L the wheelbase:
 (O2)  phi+ = phi + h vm (1 + c) tan(dm + o) / L,   linearised in o and c
 (O3)  d, o, g, c walk at random;   v and phi are measured
 
+Speed and steering may change anywhere between two readings: phi+ is known to what half of their change makes.
+
 d [m/s²] is a slope, or whatever else acts along the body's axis (positive to the front, whichever way it
 drives); o [rad] the angle by which the wheels stand to the left of what is measured. g and c are shares by
 which the drive answers too strongly, and the vehicle turns too tightly (a wrong wheelbase), so that they are
@@ -166,9 +168,10 @@ def updated(
     steering = 0.5 * (last.delta + motion.delta)
     distance = 0.5 * seconds * (last.v + motion.v)
     _predict(mean, covariance, steering, seconds, acceleration, distance / wheelbase)
-    # Both may change anywhere between two readings, by set-points in each cycle on the same side.
-    between = abs(seconds * change * tan(steering)), abs(distance * (motion.delta - last.delta))
-    covariance[PHI, PHI] += (0.5 * (between[0] + between[1] / cos(steering) ** 2) / wheelbase) ** 2
+    # By set-points the means are off on the same side in each cycle.
+    by_speed = abs(seconds * change * tan(steering))
+    by_steering = abs(distance * (motion.delta - last.delta)) / cos(steering) ** 2
+    covariance[PHI, PHI] += (0.5 * (by_speed + by_steering) / wheelbase) ** 2
     held = _is_held(mean, motion, acceleration)
     since, free = estimate.held_since, estimate.free
     if since is not None and free is not None and not held:

@@ -153,10 +153,10 @@ def context_of(
     if s.sent:
         last, drive = s.sent[-1], s.vehicle.actuators.drive
         before = last.acting(start, s.vehicle.actuators)
-        acting = before[0]
+        planned = before[0]
         if drive.lag > 0.0:
-            acting = drive.continued(last.acceleration, last.before[0], acting, config.cycle)
-        acceleration = s.vehicle.disturbance.acting(acting)
+            planned = drive.continued(last.acceleration, last.before[0], planned, config.cycle)
+        acceleration = s.vehicle.disturbance.acting(planned)
     stands = route_start.here(s, config) if s.vehicle.stands and monitor.state is not None else here
     if s.task.hold is not None and s.task.hold.docked is not None:
         stands = s.vehicle.poses.mean(max(s.task.hold.since, now - MEAN_TIME)) or here

@@ -144,9 +144,9 @@ def _stay(s: ControllerState, context: PlanningContext) -> Driven:
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, stalled, along=s.plans.driven)
     in_reach, firm = GOAL_REACH + context.along, context.config.firm_deceleration
-    wanted = fallback.braking_over(in_reach, context.speed, 2.0 * firm, context.config)
+    needed = fallback.braking_over(in_reach, context.speed, inf, context.config)
     # Where it cannot stop in reach there is nothing to brake hard for.
-    wanted = context.config.comfort_acceleration if wanted > IN_REACH * firm else min(wanted, firm)
+    wanted = context.config.comfort_acceleration if needed > IN_REACH * firm else min(needed, firm)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 

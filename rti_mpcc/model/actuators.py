@@ -194,16 +194,22 @@ class Actuator(NamedTuple):
         """(D3): the command, `most` at most, by which `wanted` acts after `seconds`, from `acting` on."""
         if self.lag <= SHORT:
             return wanted
-        lead = min(1.0 / (1.0 - exp(-seconds / self.lag)), MOST_LEAD)
-        return min(max(acting + lead * (wanted - acting), -most), most)
+        return min(max(acting + self._lead(seconds) * (wanted - acting), -most), most)
 
     def continued(self, commanded: float, before: float, acting: float, seconds: float) -> float:
-        """What the next plan continues from: what acts now, `seconds` after the last command began; where
-        that lead did not invert all of the lag what was wanted, else plans would change it too slowly."""
+        """What the next plan continues from: what the last one wanted to act after `seconds`.
+
+        That is what is `acting`, if (D3) inverted all of the lag. Else it is a part of what was wanted: plans
+        that continued from a part would change it too slowly.
+        """
         if self.lag <= SHORT:
             return commanded
-        lead = 1.0 / (1.0 - exp(-seconds / self.lag))
-        return acting if lead <= MOST_LEAD else before + (commanded - before) / MOST_LEAD
+        lead = self._lead(seconds)
+        return acting if lead < MOST_LEAD else before + (commanded - before) / lead
+
+    def _lead(self, seconds: float) -> float:
+        """By how much (D3) raises a step of what shall act."""
+        return min(1.0 / (1.0 - exp(-seconds / self.lag)), MOST_LEAD)
 
     def acting(self, commanded: float, before: float, seconds: float) -> float:
         """(D2): what acts `seconds` after a command began to act, where `before` acted."""

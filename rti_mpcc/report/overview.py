@@ -106,9 +106,7 @@ def _draw_goals(axes: Axes, ride: Ride) -> None:
         moved = goals[np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))]
         draw.bodies(axes, moved, vehicle, draw.RED, "goal before it moved", linewidths=0.5)
         draw.bodies(axes, goals[-1], vehicle, draw.RED, "goal", linewidths=1.5, linestyles=["dashed"])
-    elif ride.moments and (
-        known := ride.moments[-1].command.goal
-    ):  # of a recording, as the controller has it
+    elif ride.moments and (known := ride.moments[-1].command.goal):  # of a recording: the controller's
         setpoint = np.array([known.pose.x, known.pose.y, known.pose.phi])
         draw.bodies(axes, setpoint, vehicle, draw.RED, "goal setpoint", linewidths=1.5, linestyles=["dashed"])
     if ride.planned_goal is not None:
