@@ -284,7 +284,12 @@ def _correct(
             for k in range(STATES):
                 covariance[j, k] -= gain[j] * row[k]
     for i, most in ((D, _MOST[0]), (G, _MOST[1]), (O, _MOST[2]), (C, _MOST[3])):
-        mean[i] = min(max(mean[i], -most), most)
+        bounded = min(max(mean[i], -most), most)
+        if bounded != mean[i]:  # what is beyond its bound tells nothing of the others
+            mean[i] = bounded
+            for j in range(STATES):
+                if j != i:
+                    covariance[i, j] = covariance[j, i] = 0.0
     for j in range(STATES):
         for k in range(j):
             covariance[j, k] = covariance[k, j] = 0.5 * (covariance[j, k] + covariance[k, j])

@@ -186,3 +186,17 @@ def test_a_speed_that_obeys_at_once_is_not_taken_for_an_offset(turning: float) -
         phi += cycle * v * tan(delta) / wheelbase
         estimate = updated(estimate, Motion(v, phi, delta), k * cycle, 0.3, wheelbase, CONFIG)
         assert abs(estimate.steering) < 0.03
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("first", "a"), [(-0.05, -0.42), (0.25, -0.42), (-0.3, 0.42)])
+def test_a_slope_that_starts_is_found_although_it_looks_like_a_weak_drive(
+    sign: float, first: float, a: float
+) -> None:
+    """After seconds of the same command drive and slope are hardly told apart, and the drive has a bound."""
+    estimate, v = updated(first_estimate(CONFIG), Motion(0.0, 0.0, 0.0), 0.0, 0.0, WHEELBASE, CONFIG), 0.0
+    for k in range(1, 150):
+        asked, d = sign * (a if k > 120 else -0.35), sign * (0.6 if k > 120 else first)
+        v += CYCLE * (asked + d)
+        estimate = updated(estimate, Motion(v, 0.0, 0.0), k * CYCLE, asked, WHEELBASE, CONFIG)
+    assert estimate.gain * asked + estimate.acceleration == pytest.approx(asked + d, abs=0.15)
