@@ -71,7 +71,8 @@ class Figures:
 def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -> Figures:
     """A ride with default settings, or with `actuators` given."""
     scenario = load_scenario(case.scene)
-    config = scenario.controller_config().changed(actuators=actuators or ActuatorModel(), **changes)
+    changes = {"actuators": actuators or ActuatorModel(), "deadline": None} | changes
+    config = scenario.controller_config().changed(**changes)
     goal = scenario.goal_pose()
     done = drive(
         controller_of(scenario, config).step,

@@ -68,7 +68,9 @@ class Draw:
         )
         start, segments = Pose2(0.0, 0.0, pi / 2), [(d, c / scale, scale * way) for d, c, way in SEGMENTS]
         path = ReferencePath.from_segments(start=start, segments=segments)
-        config = ControllerConfig(cycle=self.cycle, vehicle=vehicle, goal_tolerance=self.tolerances)
+        config = ControllerConfig(
+            cycle=self.cycle, deadline=None, vehicle=vehicle, goal_tolerance=self.tolerances
+        )
         return drive(
             on_lane(path, 5.0 * scale, config).step,
             Car.of(vehicle, **self.actuators),

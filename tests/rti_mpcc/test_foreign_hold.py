@@ -18,7 +18,7 @@ from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
 UPHILL: dict[str, object] = {"slope": 0.05, "uphill": GOAL[2]}
 CREEPING: dict[str, object] = {"creep": 0.3, "uphill": GOAL[2]}
-SWINGING: dict[str, object] = {"drive_lag": 0.425, "slope": -0.0015, "uphill": 1.197, "creep": 0.3}
+SWINGING: dict[str, object] = {"drive_lag": 0.495, "slope": -0.046, "uphill": 3.3, "creep": 0.3}
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ SWINGING: dict[str, object] = {"drive_lag": 0.425, "slope": -0.0015, "uphill": 1
             PLAIN, wheelbase=2.24, tolerance=0.016, dead_band=0.1, actuators={**CREEPING, "slope": -0.032}
         ),
         # Its swing has not ended yet where its speed goes through zero.
-        replace(PLAIN, wheelbase=1.6, tolerance=0.0173, dead_band=0.1, actuators=SWINGING),
+        replace(PLAIN, wheelbase=2.21, tolerance=0.0286, dead_band=0.1, actuators=SWINGING),
     ],
     ids=["slope", "lag", "creep", "0.03 s", "dead band", "5 mm", "small", "creep and dead band", "swing"],
 )
