@@ -448,5 +448,7 @@ def _stop(
     else:
         motion, needed = fallback.braking_in_time(s, context, wanted, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
-        control = fallback.brake(state, needed, config, rate, before)
+        # A speed that the pose tells comes late: taken out as fast as another one it would swing for ever.
+        settling = fallback.HOLDING_TIME if s.vehicle.speed_by_pose else fallback.SETTLING_TIME
+        control = fallback.brake(state, needed, config, rate, before, settling)
     return s, ControlDecision(control, verdict, motion, attempt)

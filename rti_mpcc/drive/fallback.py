@@ -51,10 +51,12 @@ def brake(
     config: ControllerConfig,
     steering_rate: float = 0.0,
     before: float | None = None,
+    settling: float = SETTLING_TIME,
 ) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, softly unless it is harder than firm.
 
-    `steering_rate` continues [rad/s]; `before`: deceleration until now [m/s²], or None.
+    `steering_rate` continues [rad/s]; `before`: deceleration until now [m/s²], or None; `settling`: time
+    constant with which the last of the speed is taken out [s].
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
@@ -64,7 +66,7 @@ def brake(
         if before is not None and deceleration <= comfort.acceleration:
             wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
         jerk = _release_jerk(deceleration, config)
-        settling = max(SETTLING_TIME, config.cycle)
+        settling = max(settling, config.cycle)
         wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
     rate = steering_rate if abs(speed) > STEERING_SPEED else 0.0
     return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)

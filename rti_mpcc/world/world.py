@@ -68,6 +68,11 @@ class VehicleEstimate:
         """From a command to brake until the drive has answered it [s]."""
         return self.actuators.dead_time + self.actuators.drive.lag
 
+    @property
+    def speed_by_pose(self) -> bool:
+        """Whether the pose tells its speed: the sensor is left out, or reads less than its dead band."""
+        return self.monitor.sensors.speed.problem != "" or self.motion.unseen != 0.0
+
     @cached_property
     def stands(self) -> bool:
         """Whether it stands."""
