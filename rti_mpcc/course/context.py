@@ -46,6 +46,7 @@ class PlanningContext:
     Attributes:
         now, start_time: [s]; start_time = now + dead time.
         state: (6,) at `start_time`, heading on the route's branch, with the steering that acts, see (O4).
+        settling: see `VehicleEstimate.settling` [s].
         before: what the commands make of acceleration [m/s²] and steering rate [rad/s] by then.
         acceleration: that plans continue from [m/s²], see `Actuator.continued`.
         measured_speed: estimate at `now` [m/s].
@@ -64,6 +65,7 @@ class PlanningContext:
     now: float
     start_time: float
     state: Array
+    settling: float
     before: tuple[float, float]
     acceleration: float
     measured_speed: float
@@ -89,6 +91,8 @@ class PlanningContext:
     def stop_error(self) -> Pose2:
         """The error after braking in comfort from `start_time` on, with the steering held."""
         state, most = tuple(self.state.tolist()), self.config.comfort_acceleration
+        if 0.0 < abs(state[V]) < 2.0 * self.settling * most:
+            most = abs(state[V]) / (2.0 * self.settling)
         braking, seconds = (-copysign(most, state[V]), 0.0, 0.0), abs(state[V]) / most
         x, y, phi, *_ = step_one(state, braking, seconds, self.config.vehicle.wheelbase)
         return Pose2(x, y, phi).relative_to(self.target.pose)
@@ -164,6 +168,7 @@ def context_of(
         now=now,
         start_time=start,
         state=reached,
+        settling=s.vehicle.settling,
         before=before,
         acceleration=acceleration,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),

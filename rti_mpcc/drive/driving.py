@@ -448,7 +448,5 @@ def _stop(
     else:
         motion, needed = fallback.braking_in_time(s, context, wanted, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
-        # A speed that the pose tells comes late: taken out as fast as another one it would swing for ever.
-        settling = fallback.HOLDING_TIME if s.vehicle.speed_by_pose else fallback.SETTLING_TIME
-        control = fallback.brake(state, needed, config, rate, before, settling)
+        control = fallback.brake(state, needed, config, rate, before, context.settling)
     return s, ControlDecision(control, verdict, motion, attempt)

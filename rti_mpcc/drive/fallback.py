@@ -51,12 +51,12 @@ def brake(
     config: ControllerConfig,
     steering_rate: float = 0.0,
     before: float | None = None,
-    settling: float = SETTLING_TIME,
+    settling: float = 0.0,
 ) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, softly unless it is harder than firm.
 
     `steering_rate` continues [rad/s]; `before`: deceleration until now [m/s²], or None; `settling`: time
-    constant with which the last of the speed is taken out [s].
+    constant with which the last of the speed is taken out [s], at least `SETTLING_TIME`.
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
@@ -66,7 +66,7 @@ def brake(
         if before is not None and deceleration <= comfort.acceleration:
             wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
         jerk = _release_jerk(deceleration, config)
-        settling = max(settling, config.cycle)
+        settling = max(settling, SETTLING_TIME, config.cycle)
         wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
     rate = steering_rate if abs(speed) > STEERING_SPEED else 0.0
     return ControlInput(-float(np.sign(speed)) * wanted, rate, Source.BRAKING)
@@ -146,7 +146,8 @@ def settling_deceleration(context: PlanningContext) -> float:
     config = context.config
     before, comfort = context.deceleration, config.comfort
     # What the soft end of `brake` takes more than to brake on to the end.
-    left = -context.mpcc.part.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
+    more = max(max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2), 0.5 * before * context.settling**2)
+    left = -context.mpcc.part.direction * context.error.x - more
     least = SETTLING_LEAST * comfort.acceleration
     most = min(SETTLING_FACTOR * comfort.acceleration, config.limits.acceleration)
     wanted = most if left <= 0.0 else _eased(context.speed, left, before, config.cycle)

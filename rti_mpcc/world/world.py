@@ -17,6 +17,9 @@ from rti_mpcc.world.standstill import AxisMotion
 from rti_mpcc.world.surroundings import Surroundings
 
 
+SETTLING_BY_POSE = 0.5  # [s], see `VehicleEstimate.settling`; 0.35 swings with a creep torque and a lag of 0.4 s
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockState:
     """The controller's own clock, which never runs back.
@@ -69,9 +72,14 @@ class VehicleEstimate:
         return self.actuators.dead_time + self.actuators.drive.lag
 
     @property
-    def speed_by_pose(self) -> bool:
-        """Whether the pose tells its speed: the sensor is left out, or reads less than its dead band."""
-        return self.monitor.sensors.speed.problem != "" or self.motion.unseen != 0.0
+    def settling(self) -> float:
+        """Time constant with which the last of a stop has to be taken out [s], or 0: as usual.
+
+        A speed that the pose tells, without the sensor or below its dead band, comes late: taken out as usual
+        it would swing for ever.
+        """
+        by_pose = self.monitor.sensors.speed.problem != "" or self.motion.unseen != 0.0
+        return SETTLING_BY_POSE if by_pose else 0.0
 
     @cached_property
     def stands(self) -> bool:
