@@ -17,7 +17,7 @@ from rti_mpcc.world.standstill import AxisMotion
 from rti_mpcc.world.surroundings import Surroundings
 
 
-SETTLING_BY_POSE = 0.5  # [s], see `VehicleEstimate.settling`; 0.35 swings with a creep torque and a lag of 0.4 s
+SETTLING_BY_POSE = 0.5  # [s]; with 0.35 a drive that creeps and lags by 0.4 s still swings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
