@@ -64,8 +64,7 @@ class Truth:
         return np.minimum(rows, len(self.times) - 1).astype(np.int64)
 
 
-Cycles = np.recarray[Any, Any]
-"""The table of the cycles, see `cycle_table`."""
+Cycles = np.recarray[Any, Any]  # the table of the cycles, see `cycle_table`
 _COMMAND = {
     "acceleration": float,
     "steering_rate": float,
@@ -156,3 +155,13 @@ class RunResult:
         """The scenario and its preset, with the method where that is not the usual one."""
         methods = "" if self.method == "dynamic" else f"{self.method}, "
         return f"{self.scenario.name} ({methods}{self.preset})"
+
+
+def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bool:
+    """Whether a mission ended and the last try of each step succeeded; True where there was none.
+
+    A mission that continues after a failed step (`then="continue"`) succeeds, but not with all of its steps.
+    """
+    last_tries = {record.place: record.result for record in log}
+    succeeded = MissionResult.SUCCEEDED
+    return result in (None, succeeded) and all(each is succeeded for each in last_tries.values())
