@@ -29,8 +29,7 @@ from rti_mpcc.types import Array
 
 SIMPLER, PLAN_SIMPLER = 0.01, 0.04
 """Lines of the surroundings, and plans, are shown with corners left out within this [m]."""
-NEAR = 1.5
-"""Half-planes of what is nearer to the body than this are shown [m]."""
+NEAR = 1.5  # half-planes of what is nearer to the body than this are shown [m]
 MOST_PLANES = 4
 CM, MRAD = 100.0, 1000.0
 SIGMAS = 3.0

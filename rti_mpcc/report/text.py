@@ -20,12 +20,10 @@ from rti_mpcc.recording import ReplayReport
 from rti_mpcc.simulation.docks_file import Docks
 from rti_mpcc.types import MissionResult
 
-Advance = Callable[[float, float], None]
-"""Called with the work done and all of it."""
+Advance = Callable[[float, float], None]  # called with the work done and all of it
 SHOWN, LONGEST = 12, 200
 """Largest number of fields of a replay's difference that are shown, and of characters of a value."""
-Row = tuple[str, str, str]
-"""Name, value, unit."""
+Row = tuple[str, str, str]  # name, value, unit
 Figures = dict[str, Any]
 _DIRECTIONS = {1: "forward", -1: "in reverse"}
 _APART = ("scenario", "method", "preset", "mission", "comfort", "energy_to_dock")

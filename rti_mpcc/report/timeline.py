@@ -22,11 +22,9 @@ from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult, Status
 
-FARTHEST = (1.0, 1.0, 30.0)
-"""No row of the goal's errors reaches farther than this [m], [m], [deg]."""
+FARTHEST = (1.0, 1.0, 30.0)  # no row of the goal's errors reaches farther than this [m], [m], [deg]
 GOAL_ROWS = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")
-_SIGMAS = 3.0
-"""Half the width of the band around the estimate [standard deviations]."""
+_SIGMAS = 3.0  # half the width of the band around the estimate [standard deviations]
 _UNITS = np.array([1.0, 1.0, 180.0 / np.pi])
 _ROOM, _TOLERANCES = 1.1, 1.5
 """A row of errors reaches this much farther than its curves, and this multiple of the goal tolerance."""
@@ -37,10 +35,8 @@ _SHADES = {
     GoalStatus.COASTING: {"color": draw.ORANGE, "alpha": 0.25, "zorder": 0},
     GoalStatus.LOST: {"color": draw.PINK, "alpha": 0.35, "zorder": 0},
 }
-_BANDED = 3
-"""Number of the first rows that show the steps of a mission."""
-_ENTRIES = 6
-"""Largest number of entries in a column of a legend."""
+_BANDED = 3  # number of the first rows that show the steps of a mission
+_ENTRIES = 6  # largest number of entries in a column of a legend
 _OVER = {
     MissionResult.SUCCEEDED: (draw.GREEN, "step, succeeded"),
     MissionResult.RUNNING: (draw.GREY, "step, running"),
@@ -88,9 +84,8 @@ def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
             ("time_to_dock_s", "docked", "dashed"),
         ):
             if summary.get(key) is not None:
-                row.axvline(
-                    start + summary[key], color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name
-                )
+                at = start + summary[key]
+                row.axvline(at, color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name)
         draw.grid(row)
     # The goal's rows share a legend; the first chart also names the bands and the marks of all.
     marks = {label for label in axes[0].get_legend_handles_labels()[1] if label != strips[0].label}
