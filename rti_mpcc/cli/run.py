@@ -17,18 +17,9 @@ from rti_mpcc.recording.mcap_log import mcap_libraries
 from rti_mpcc.report import text
 from rti_mpcc.report.files import make_writable, write_extras, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
-from rti_mpcc.simulation import (
-    GoalSource,
-    RunResult,
-    Scenario,
-    all_succeeded,
-    changed,
-    driver_of,
-    load_scenario,
-    simulate,
-    summary,
-)
-from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation import Scenario, all_succeeded, changed, driver_of, load_scenario, simulate, summary
+from rti_mpcc.simulation.goal_feed import GoalSource, source_in
+from rti_mpcc.simulation.result import RunResult
 
 
 def add_run(commands: Commands) -> None:

@@ -118,8 +118,7 @@ def _draw_strip(row: Axes, ride: Ride, strip: Strip, commanded: Sequence[float] 
     """A quantity with its comfort value and limit: neither of them makes the curve small."""
     known = np.isfinite(strip.values)
     if commanded is not None:
-        times = [moment.time for moment in ride.moments]
-        row.step(times, commanded, where="post", **_thin(draw.ORANGE, "commanded"))
+        row.step(ride.times, commanded, where="post", **_thin(draw.ORANGE, "commanded"))
     if known.any() and (ride.simulated or commanded is None):
         label = "true" if ride.simulated else "measured"
         row.plot(ride.motion.times, strip.values, color=draw.BLUE, label=label)
@@ -178,11 +177,10 @@ def _draw_routes(axes: Axes, ride: Ride) -> None:
 
 
 def _draw_weights(row: Axes, ride: Ride) -> None:
-    times = [moment.time for moment in ride.moments]
     values = np.array([moment.weights for moment in ride.moments])
     for (name, color), each in zip(draw.WEIGHTS, values.T, strict=True):
         if each.any():
-            row.step(times, each, where="post", color=color, label=name)
+            row.step(ride.times, each, where="post", color=color, label=name)
     # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
     row.set_yscale("symlog", linthresh=1.0)
     row.set_ylim(0.0, 10.0 * max(1.0, float(values.max())))
@@ -190,7 +188,6 @@ def _draw_weights(row: Axes, ride: Ride) -> None:
 
 
 def _draw_computing(row: Axes, ride: Ride) -> None:
-    times = [moment.time for moment in ride.moments]
     # Logarithmic: a new segment or objective takes several QPs and would hide the common cycle.
     row.set_yscale("log")
     for name, color, label in (
@@ -199,13 +196,13 @@ def _draw_computing(row: Axes, ride: Ride) -> None:
         ("solve_ms", draw.BLUE, "solver"),
     ):
         spent = np.array([getattr(moment.command.diagnostics, name) for moment in ride.moments])
-        row.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
+        row.plot(ride.times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
     row.set_ylabel("time a cycle\n[ms]")
 
 
 def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     """Setpoint, estimate and detections of the goal against the true one, in its frame."""
-    times, tolerance = [moment.time for moment in ride.moments], np.array(ride.config.goal_tolerance) * _UNITS
+    times, tolerance = ride.times, np.array(ride.config.goal_tolerance) * _UNITS
     found = [moment.command.diagnostics.goal for moment in ride.moments]
     goals = np.array([_UNKNOWN[0] if moment.goal is None else moment.goal for moment in ride.moments])
     covariances = np.array(
