@@ -29,7 +29,7 @@ from rti_mpcc.qp.pattern import CONTROL_UNITS
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.qp.solver import QpSolver
 from rti_mpcc.simulation import load_scenario, simulate, summary
-from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.simulation.closed_loop import controller_of
 from rti_mpcc.types import Array, Index
 
 REFERENCE = 1e-9

@@ -17,8 +17,7 @@ import numpy as np
 
 from benchmarks.tables import ROOT, command_line, number, origin, write_json, write_table
 from rti_mpcc.simulation import GoalSource, builtin_names, load_scenario, simulate, summary
-from rti_mpcc.simulation.closed_loop import Controller
-from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.simulation.closed_loop import Controller, controller_of
 
 COMMAND = "python -m benchmarks.measure_detections"
 SEEDS = range(10)

@@ -33,7 +33,7 @@ from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.simulation.closed_loop import controller_of
 from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.types import Array, Command, Status, VehicleState

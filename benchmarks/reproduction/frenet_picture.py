@@ -14,7 +14,7 @@ from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import CONTOURING, LAG, frenet_errors
 from rti_mpcc.report import draw
 from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.simulation.closed_loop import controller_of
 from rti_mpcc.types import Array, VehicleState
 
 SCENARIO = "docking_inside"

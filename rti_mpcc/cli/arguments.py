@@ -12,8 +12,7 @@ from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.scenario import PRESETS
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2  # exit status; 1: not docked, no route found, or a difference
-Commands = Any
-"""The type that argparse adds commands to; its own name for it is private."""
+Commands = Any  # the type that argparse adds commands to; its own name for it is private
 
 
 def integer(least: int) -> Callable[[str], int]:

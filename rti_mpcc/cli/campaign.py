@@ -14,16 +14,9 @@ from rti_mpcc.cli.arguments import DONE, OPTIONS, Commands, add_folder, add_opti
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.paper import METHODS
+from rti_mpcc.report import text
 from rti_mpcc.report.files import write_json
 from rti_mpcc.report.ride import Observer, Ride, ride_of_run
-from rti_mpcc.report.text import (
-    compared,
-    comparison_tables,
-    print_tables,
-    print_written,
-    progress_bar,
-    run_label,
-)
 from rti_mpcc.simulation import driver_of, load_scenario
 from rti_mpcc.simulation.batch import Case, DrivenCase, drive, drive_all
 from rti_mpcc.simulation.campaign import MOST, ROWS, RandomCase, run_campaign
@@ -74,16 +67,16 @@ def _compare(args: argparse.Namespace) -> int:
     folder = writable_folder(args.out, "compare")
     make_ready(second_process=True)  # before the workers, each of which would compile
     written: list[Path] = []
-    with progress_bar("compare", "{task.completed:.0f} runs") as progress:
+    with text.progress_bar("compare", "{task.completed:.0f} runs") as progress:
         if args.animate:
             outcomes, written = _animated(cases, folder, progress)
         else:
             outcomes = drive_all(cases, jobs=args.jobs, progress=progress)
-    figures = compared([outcome.figures for outcome in outcomes])
+    figures = text.compared([outcome.figures for outcome in outcomes])
     file = folder / "comparison.json"
     write_json(figures, file)
-    print_tables(comparison_tables(figures))
-    print_written([file, *written])
+    text.print_tables(text.comparison_tables(figures))
+    text.print_written([file, *written])
     return DONE
 
 
@@ -98,7 +91,7 @@ def _animated(
     for case in cases:
         observer = Observer(driver_of(case.scenario, preset=case.preset, method=case.method))
         outcomes.append(drive(case, observer))
-        ride = ride_of_run(outcomes[-1].result, observer.moments, title=run_label(outcomes[-1].figures))
+        ride = ride_of_run(outcomes[-1].result, observer.moments, title=text.run_label(outcomes[-1].figures))
         rides.setdefault(animation_file(None, folder).with_stem(case.scenario.name), []).append(ride)
         if progress is not None:
             progress(len(outcomes), len(cases))
@@ -136,8 +129,8 @@ def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--worst", type=integer(0), default=6, metavar="N", help=worst)
 
 
-def _parts(text: str) -> tuple[str, ...]:
-    parts = tuple(text.split(","))
+def _parts(given: str) -> tuple[str, ...]:
+    parts = tuple(given.split(","))
     if wrong := [part for part in parts if part not in PARTS]:
         raise argparse.ArgumentTypeError(f"unknown {wrong[0]!r}; must be some of {','.join(PARTS)}")
     return parts
@@ -163,12 +156,12 @@ def drive_and_report(
         raise InputError(f"count = {len(cases)}: must be <= {MOST}")
     folder = writable_folder(args.out, name)
     make_ready(second_process=True)
-    with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
+    with text.progress_bar("campaign", "{task.completed:.0f} cases") as progress:
         run_campaign(cases, folder, jobs=args.jobs, dask=args.dask, progress=progress)
     table, files = write_report(folder, settings, cases, worst=args.worst)
     console = Table("", "value", title=f"Campaign {folder}", title_justify="left")
     for name, value in table.items():
         console.add_row(escape(name), value)
-    print_tables([console])
-    print_written([folder / ROWS, *files])
+    text.print_tables([console])
+    text.print_written([folder / ROWS, *files])
     return DONE

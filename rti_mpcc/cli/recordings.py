@@ -10,17 +10,11 @@ from pathlib import Path
 from rti_mpcc.cli.arguments import DONE, FAILED, Commands, add_folder, add_options, writable_folder
 from rti_mpcc.recording import read_recording, replay
 from rti_mpcc.recording.identify import identify
+from rti_mpcc.recording.mcap_log import mcap_libraries
+from rti_mpcc.report import text
 from rti_mpcc.report.files import write_extras, write_files, write_json
 from rti_mpcc.report.recorded import recorded_summary
 from rti_mpcc.report.ride import ride_of_recording
-from rti_mpcc.report.text import (
-    print_lines,
-    print_tables,
-    print_written,
-    progress_bar,
-    recorded_table,
-    replay_lines,
-)
 
 
 def add_replay(commands: Commands) -> None:
@@ -40,15 +34,15 @@ def add_replay(commands: Commands) -> None:
     parser.set_defaults(command=_replay)
 
 
-def _tolerance(text: str) -> float:
+def _tolerance(given: str) -> float:
     with suppress(ValueError):
-        if 0.0 <= (value := float(text)) < inf:
+        if 0.0 <= (value := float(given)) < inf:
             return value
-    raise argparse.ArgumentTypeError(f"{text!r} must be a number >= 0")
+    raise argparse.ArgumentTypeError(f"{given!r} must be a number >= 0")
 
 
 def _replay(args: argparse.Namespace) -> int:
-    with progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
+    with text.progress_bar(args.file.name, "cycle {task.completed:.0f}") as progress:
         report = replay(
             args.file,
             tolerance=args.tolerance,
@@ -56,7 +50,7 @@ def _replay(args: argparse.Namespace) -> int:
             dump_failed=args.dump_failed,
             progress=progress,
         )
-    print_lines(replay_lines(report))
+    text.print_lines(text.replay_lines(report))
     return DONE if report.identical else FAILED
 
 
@@ -80,17 +74,15 @@ def add_show(commands: Commands) -> None:
 
 def _show(args: argparse.Namespace) -> int:
     if args.mcap is not None:
-        from rti_mpcc.recording.mcap_log import mcap_libraries
-
         mcap_libraries()
-    with progress_bar(args.recording.name, "cycle {task.completed:.0f}") as progress:
+    with text.progress_bar(args.recording.name, "cycle {task.completed:.0f}") as progress:
         ride = ride_of_recording(args.recording, progress=progress)
     figures = recorded_summary(ride)
     folder = writable_folder(args.out, args.recording.stem)
     written = write_files(ride, figures, folder, plots=not args.no_plots, page=True)
     written += write_extras(ride, args.mcap, args.animation)
-    print_tables([recorded_table(figures)])
-    print_written(written)
+    text.print_tables([text.recorded_table(figures)])
+    text.print_written(written)
     return DONE
 
 
@@ -121,13 +113,13 @@ def _identify(args: argparse.Namespace) -> int:
     draw.save(actuators_figure(args.recording.name, found), written[1])
     for name, fit in (("drive", found.drive), ("steering", found.steering)):
         if fit is None:
-            print_lines([f"{name}: changes too little to be fitted"])
+            text.print_lines([f"{name}: changes too little to be fitted"])
             continue
         interface = "set-points" if fit.by_setpoints else "rates"
         dead_time = f"dead time {fit.dead_time:.3f} ± {fit.stds[0]:.3f} s"
         lag = f"lag {fit.lag:.3f} ± {fit.stds[1]:.3f} s"
-        print_lines([f"{name}: {dead_time}, {lag}, gain {fit.gain:.2f}; it follows the {interface}"])
+        text.print_lines([f"{name}: {dead_time}, {lag}, gain {fit.gain:.2f}; it follows the {interface}"])
     settings = ", ".join(f"{name}={value}" for name, value in found.model.model_dump().items())
-    print_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
-    print_written(written)
+    text.print_lines([f"ControllerConfig(actuators=ActuatorModel({settings}))"])
+    text.print_written(written)
     return DONE

@@ -14,28 +14,12 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import make_ready, prepare_process
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.mcap_log import mcap_libraries
+from rti_mpcc.report import text
 from rti_mpcc.report.files import make_writable, write_extras, write_files
 from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
-from rti_mpcc.report.text import (
-    failure_lines,
-    print_lines,
-    print_tables,
-    print_written,
-    progress_bar,
-    summary_table,
-)
-from rti_mpcc.simulation import (
-    GoalSource,
-    RunResult,
-    Scenario,
-    all_succeeded,
-    changed,
-    driver_of,
-    load_scenario,
-    simulate,
-    summary,
-)
-from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation import Scenario, all_succeeded, changed, driver_of, load_scenario, simulate, summary
+from rti_mpcc.simulation.goal_feed import GoalSource, source_in
+from rti_mpcc.simulation.result import RunResult
 
 
 def add_run(commands: Commands) -> None:
@@ -76,17 +60,16 @@ def add_run(commands: Commands) -> None:
     parser.set_defaults(command=_run)
 
 
-def _key(text: str) -> tuple[str, object]:
+def _key(given: str) -> tuple[str, object]:
     """A key and its value, from KEY=VALUE; a word needs no quotes."""
-    key, _, value = text.partition("=")
+    key, _, value = given.partition("=")
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         if value.isidentifier():
             return key.strip(), value
-        raise argparse.ArgumentTypeError(
-            f"{text!r} must be KEY=VALUE, such as weights.contouring=5"
-        ) from None
+        usual = f"{given!r} must be KEY=VALUE, such as weights.contouring=5"
+        raise argparse.ArgumentTypeError(usual) from None
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -118,11 +101,11 @@ def _run(arguments: argparse.Namespace) -> int:
     extras = write_extras(ride, arguments.mcap, animation)
     if arguments.record is not None and not problem:
         written.append(arguments.record)
-    print_tables([summary_table(figures)])
-    print_lines(failure_lines(figures.get("mission")))
-    print_written([*written, *extras])
+    text.print_tables([text.summary_table(figures)])
+    text.print_lines(text.failure_lines(figures.get("mission")))
+    text.print_written([*written, *extras])
     if not result.paths:
-        print_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
+        text.print_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
     if problem:
         raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")
     whole = all_succeeded(result.mission_result, result.mission)
@@ -145,7 +128,7 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
             camera = CameraFrames(scenario.goal.camera)
         observer = Observer(recorder or core)
         prepare_process()
-        progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
+        progress = stack.enter_context(text.progress_bar(scenario.name, "{task.completed:.1f} s"))
         result = simulate(
             scenario,
             preset=arguments.preset,

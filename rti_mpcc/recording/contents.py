@@ -36,15 +36,13 @@ from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 
 T = TypeVar("T")
-Data = Any
-"""What `json` reads: dicts, lists, strings, numbers, booleans, None."""
+Data = Any  # what `json` reads: dicts, lists, strings, numbers, booleans, None
 
 FORMAT = "rti-mpcc recording"
 VERSION = 9  # of the format; grows with every change that older or newer programs could not read
 CHANGED = "its line was changed after it was recorded"
 
-Driver = DockingController | DockingMission
-"""Whatever can be recorded."""
+Driver = DockingController | DockingMission  # whatever can be recorded
 
 
 def core_of(driver: Driver) -> DockingController:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from math import cos, isfinite, sin
 from os import PathLike
 from types import SimpleNamespace
@@ -27,41 +28,31 @@ from rti_mpcc.types import Array, Command, Status, VehicleState
 _log = logging.getLogger(__name__)
 
 WORLD, VEHICLE = "world", "rear_axle"
-PLAN_STEP = 7
-"""So many stages of a plan are one pose of /plan."""
+PLAN_STEP = 7  # stages of a plan from one pose of /plan to the next
 MOST_TIME = 2**63 - 1
 RED, BLUE, ORANGE, GREY = (0.84, 0.37, 0.0), (0.0, 0.45, 0.7), (0.9, 0.62, 0.0), (0.55, 0.55, 0.55)
-_ERRORS = (Status.FAILED, Status.STALLED, Status.GOAL_REJECTED, Status.GOAL_BEHIND)
-_WARNINGS = (Status.BLOCKED, Status.GOAL_LOST, Status.SEARCHING)
+_LEVELS = {
+    **dict.fromkeys((Status.FAILED, Status.STALLED, Status.GOAL_REJECTED, Status.GOAL_BEHIND), "ERROR"),
+    **dict.fromkeys((Status.BLOCKED, Status.GOAL_LOST, Status.SEARCHING), "WARNING"),
+}
+"""Levels of /log, of other statuses INFO."""
+_MESSAGES = (
+    *("FrameTransform", "Log", "PackedElementField", "PointCloud"),
+    *("PoseInFrame", "PosesInFrame", "SceneUpdate"),
+)
 _JSON_SCHEMA = b'{"type":"object"}'
 
 
 def mcap_libraries() -> SimpleNamespace:
     """The writer and the message types; loaded at the first call. Raises MissingExtraError without them."""
     check_extra("mcap", "an MCAP file needs", "mcap", "mcap_protobuf", "foxglove_schemas_protobuf")
-    from foxglove_schemas_protobuf import (
-        FrameTransform_pb2,
-        Log_pb2,
-        PackedElementField_pb2,
-        PointCloud_pb2,
-        PoseInFrame_pb2,
-        PosesInFrame_pb2,
-        SceneUpdate_pb2,
-    )
+    import foxglove_schemas_protobuf as schemas
     from mcap.writer import Writer
     from mcap_protobuf.schema import register_schema
 
-    return SimpleNamespace(
-        Writer=Writer,
-        register_schema=register_schema,
-        FrameTransform=FrameTransform_pb2.FrameTransform,
-        Log=Log_pb2.Log,
-        Field=PackedElementField_pb2.PackedElementField,
-        PointCloud=PointCloud_pb2.PointCloud,
-        PoseInFrame=PoseInFrame_pb2.PoseInFrame,
-        PosesInFrame=PosesInFrame_pb2.PosesInFrame,
-        SceneUpdate=SceneUpdate_pb2.SceneUpdate,
-    )
+    modules = {name: import_module(f"{schemas.__name__}.{name}_pb2") for name in _MESSAGES}
+    messages = {name: getattr(module, name) for name, module in modules.items()}
+    return SimpleNamespace(Writer=Writer, register_schema=register_schema, **messages)
 
 
 class McapLog:
@@ -128,7 +119,6 @@ class McapLog:
             self._writer.add_attachment(stamp, stamp, "config.json", "application/json", data)
         self._sequence += 1
         types, command = self._types, moment.command
-        states = command.trajectory.states
         x, y, phi = moment.pose.tolist()
         if isfinite(x + y + phi):
             transform = types.FrameTransform(parent_frame_id=WORLD, child_frame_id=VEHICLE)
@@ -136,21 +126,14 @@ class McapLog:
             _turn(transform.rotation, phi)
             self._send("/tf", transform, stamp)
             self._send("/body", self._cloud(body_polygons(moment.pose[None], config.vehicle)[0]), stamp)
-        plan = types.PosesInFrame(frame_id=WORLD)
-        for row in states[::PLAN_STEP, :3].tolist():
-            _place(plan.poses.add(), *row)
-        self._send("/plan", plan, stamp)
+        self._send_poses("/plan", command.trajectory.states[::PLAN_STEP, :3].tolist(), stamp)
         if command.goal is not None:
-            goal = types.PoseInFrame(frame_id=WORLD)
-            pose = command.goal.pose
+            goal, pose = types.PoseInFrame(frame_id=WORLD), command.goal.pose
             _place(goal.pose, pose.x, pose.y, pose.phi)
             self._send("/goal", goal, stamp)
         found = [each.pose for each in command.diagnostics.detections if each.pose is not None]
         if found:
-            detections = types.PosesInFrame(frame_id=WORLD)
-            for pose in found:
-                _place(detections.poses.add(), pose.x, pose.y, pose.phi)
-            self._send("/detections", detections, stamp)
+            self._send_poses("/detections", [(pose.x, pose.y, pose.phi) for pose in found], stamp)
         self._scene(moment, config, stamp)
         self._say(moment, stamp)
         self._diagnose(moment, stamp)
@@ -160,7 +143,7 @@ class McapLog:
         cloud = self._types.PointCloud(frame_id=WORLD, point_stride=12)
         cloud.pose.orientation.w = 1.0
         for place, name in enumerate("xyz"):
-            cloud.fields.add(name=name, offset=4 * place, type=self._types.Field.FLOAT32)
+            cloud.fields.add(name=name, offset=4 * place, type=self._types.PackedElementField.FLOAT32)
         points = np.zeros((len(corners), 3), "<f4")
         points[:, :2] = corners
         cloud.data = points.tobytes()
@@ -201,13 +184,8 @@ class McapLog:
         if self._shown.get("said") == text:
             return
         self._shown["said"] = text
-        levels = self._types.Log
-        level = levels.INFO
-        if command.status in _WARNINGS:
-            level = levels.WARNING
-        elif command.status in _ERRORS:
-            level = levels.ERROR
-        self._send("/log", levels(level=level, message=text, name="rti_mpcc"), stamp)
+        level = _LEVELS.get(command.status, "INFO")
+        self._send("/log", self._types.Log(level=level, message=text, name="rti_mpcc"), stamp)
 
     def _diagnose(self, moment: Moment, stamp: int) -> None:
         command, state, told = moment.command, moment.state, moment.command.diagnostics
@@ -238,6 +216,12 @@ class McapLog:
         self._add("/diagnostics", json.dumps(finite).encode(), stamp)
 
     # -- messages -------------------------------------------------------------------------------------
+
+    def _send_poses(self, topic: str, poses: Iterable[Iterable[float]], stamp: int) -> None:
+        message = self._types.PosesInFrame(frame_id=WORLD)
+        for pose in poses:
+            _place(message.poses.add(), *pose)
+        self._send(topic, message, stamp)
 
     def _send(self, topic: str, message: Any, stamp: int) -> None:
         if topic != "/scene":  # its entities have a time each

@@ -25,17 +25,13 @@ from rti_mpcc.report.scene import CameraView, Scene, WeightBars
 Picture = NDArray[np.uint8]
 Progress = Callable[[float, float], None]
 
-RATE = 10
-"""Pictures a second."""
+RATE = 10  # pictures a second
 MOST = 500
 """Largest number of pictures: rides up to 50 s are shown at their speed, others 2, 3, ... times as
 fast. Pillow holds all pictures of a GIF until it is written."""
-HELD = 15
-"""Number of times that the last picture is shown."""
-DPI = 100
-"""Resolution [dots/inch]."""
-_ABREAST = 3
-"""Largest number of scenes in a row."""
+HELD = 15  # number of times that the last picture is shown
+DPI = 100  # resolution [dots/inch]
+_ABREAST = 3  # largest number of scenes in a row
 _WIDEST, _ALL, _HIGHEST, _CAMERA = 7.5, 15.0, 6.0, 5.4
 """Bounds on the widths of a scene and a row of scenes, the height of a scene; the camera's width [inch]."""
 _BARS, _LABELS, _LEGEND, _ENTRY = 0.9, 1.5, 0.8, 1.75

@@ -72,17 +72,14 @@ def read_table(folder: Path) -> pd.DataFrame:
     table = pd.json_normalize(rows).set_index("index").sort_index()
     numbers = table.reindex(columns=list(COLUMNS.values())).astype(float).set_axis(list(COLUMNS), axis=1)
     table = table.join(numbers)
+    over = {name: table[f"peak.{name}"] / table[f"comfort.{name}"] for name in COMFORT}
+    over[OVER_GAIN] = table["peak.acceleration"] / table["gain"] / table["comfort.acceleration"]
     return table.assign(
         outcome=pd.Categorical(table["outcome"], [one.value for one in CaseOutcome], ordered=True),
         docked=table["outcome"] == CaseOutcome.DOCKED.value,
         crossed=table["min_clearance_m"] < 0.0,
         time_ratio=table["time_to_dock"] / table["expected_time"],
-        **{f"over_comfort.{name}": table[f"peak.{name}"] / table[f"comfort.{name}"] for name in COMFORT},
-        **{
-            f"over_comfort.{OVER_GAIN}": table["peak.acceleration"]
-            / table["gain"]
-            / table["comfort.acceleration"]
-        },
+        **{f"over_comfort.{name}": ratios for name, ratios in over.items()},
     )
 
 

@@ -51,17 +51,14 @@ STATUS_COLORS = {
     Status.GOAL_BEHIND: "#f2a97e",
     Status.FAILED: BLACK,
 }
-DPI = 130
-"""Resolution of the written pictures [dots/inch]."""
+DPI = 130  # resolution of the written pictures [dots/inch]
 WEIGHTS = (("lag", BLACK), ("contouring", BLUE), ("progress reward", ORANGE), ("goal position", RED))
 """Effective weights in the order of `Moment.weights`: name and colour."""
 BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
 BESIDE |= {"borderaxespad": 0.0, "frameon": False}
 """A legend to the right of its axes."""
-_AROUND = 4.0
-"""Part of an area that is shown around the ride [m]."""
-_ROOM = 0.05
-"""Without an area: room around the ride, as a share of its size."""
+_AROUND = 4.0  # part of an area that is shown around the ride [m]
+_ROOM = 0.05  # without an area: room around the ride, as a share of its size
 
 
 def plane(axes: Axes) -> None:

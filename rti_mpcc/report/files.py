@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from rti_mpcc.recording import McapLog
 from rti_mpcc.report.ride import Ride
+from rti_mpcc.report.text import progress_bar
 from rti_mpcc.types import Array
 
 TRAJECTORY = ("t", "x", "y", "phi", "v", "delta", "theta", "a", "delta_dot")
 """Columns of trajectory.csv, SI units."""
-_FAR = 1e5
-"""From (0, 0) on a map [m]; twelve digits would be too few there."""
+_FAR = 1e5  # from (0, 0) on a map [m]; twelve digits would be too few there
 
 
 def write_files(
@@ -52,8 +53,6 @@ def write_extras(ride: Ride, mcap: Path | None, animation: Path | None = None) -
     """
     written = []
     if mcap is not None:
-        from rti_mpcc.recording.mcap_log import McapLog
-
         make_writable(mcap.parent)
         with McapLog(mcap) as log:
             for moment in ride.moments:
@@ -62,7 +61,6 @@ def write_extras(ride: Ride, mcap: Path | None, animation: Path | None = None) -
     if animation is not None:
         # Not at the top: matplotlib takes long to load.
         from rti_mpcc.report.animation import animation_file, write_animation
-        from rti_mpcc.report.text import progress_bar
 
         file = animation_file(animation, animation.parent)
         make_writable(file.parent)

@@ -13,12 +13,9 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import draw
 from rti_mpcc.report.ride import Ride
 
-_WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
-"""Bounds on the size of the axes [inch]."""
-_BESIDE, _ABOVE = 3.2, 1.1
-"""Room for labels, legend and title [inch]."""
-_ARROWS = 6
-"""Arrows of the direction of motion, evenly along what was driven."""
+_WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5  # bounds on the size of the axes [inch]
+_BESIDE, _ABOVE = 3.2, 1.1  # room for labels, legend and title [inch]
+_ARROWS = 6  # arrows of the direction of motion, evenly along what was driven
 
 
 def overview_figure(ride: Ride) -> Figure:
@@ -83,11 +80,10 @@ def _draw_motion(axes: Axes, ride: Ride) -> None:
     rows = np.searchsorted(driven, driven[-1] * (np.arange(_ARROWS) + 0.5) / _ARROWS)
     x, y, phi = motion.poses[rows].T
     sign = np.sign(motion.v[rows])
-    look: dict[str, Any] = {"angles": "xy", "pivot": "mid", "width": 0.004, "scale": 40.0, "zorder": 4}
+    look: dict[str, Any] = {"color": draw.BLUE, "label": "direction of motion", "zorder": 4}
+    look |= {"angles": "xy", "pivot": "mid", "width": 0.004, "scale": 40.0}
     look |= {"headwidth": 5.0, "headlength": 6.0, "headaxislength": 6.0}
-    axes.quiver(
-        x, y, sign * np.cos(phi), sign * np.sin(phi), color=draw.BLUE, label="direction of motion", **look
-    )
+    axes.quiver(x, y, sign * np.cos(phi), sign * np.sin(phi), **look)
 
 
 def show_ride(axes: Axes, ride: Ride) -> None:
@@ -102,13 +98,13 @@ def show_ride(axes: Axes, ride: Ride) -> None:
 
 def _draw_goals(axes: Axes, ride: Ride) -> None:
     goals, vehicle = ride.motion.goals, ride.config.vehicle
+    dashed = {"linewidths": 1.5, "linestyles": ["dashed"]}
     if np.isfinite(goals[-1]).all():
         moved = goals[np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))]
         draw.bodies(axes, moved, vehicle, draw.RED, "goal before it moved", linewidths=0.5)
-        draw.bodies(axes, goals[-1], vehicle, draw.RED, "goal", linewidths=1.5, linestyles=["dashed"])
+        draw.bodies(axes, goals[-1], vehicle, draw.RED, "goal", **dashed)
     elif ride.moments and (known := ride.moments[-1].command.goal):  # of a recording: the controller's
-        setpoint = np.array([known.pose.x, known.pose.y, known.pose.phi])
-        draw.bodies(axes, setpoint, vehicle, draw.RED, "goal setpoint", linewidths=1.5, linestyles=["dashed"])
+        draw.bodies(axes, known.pose, vehicle, draw.RED, "goal setpoint", **dashed)
     if ride.planned_goal is not None:
         look = {"linewidths": 1.2, "linestyles": [(0.0, (2.0, 1.0))]}
         draw.bodies(axes, ride.planned_goal, vehicle, draw.PINK, "planned goal", **look)

@@ -28,9 +28,8 @@ def rendered(template: str, title: str, *folders: Path, **given: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {
-        one.__name__: one for one in (embedded, in_words, marked, number, percent, safe_json)
-    }
+    filters = (embedded, in_words, marked, number, percent, safe_json)
+    environment.filters |= {one.__name__: one for one in filters}
     environment.globals["next"] = next
     counters = {"contents": [], "table_numbers": count(1), "figure_numbers": count(1)}
     return environment.get_template(template).render(title=title, **counters, **given).lstrip()

@@ -24,12 +24,10 @@ def recorded_summary(ride: Ride) -> dict[str, Any]:
     and `docked` is what the controller said. Cycles without a measurement, or at the time of another one,
     count for no motion.
     """
-    commands = [moment.command for moment in ride.moments]
-    times = np.array([moment.time for moment in ride.moments])
+    times, commands = ride.times, [moment.command for moment in ride.moments]
     cycles = cycle_table([(m.time, m.command.diagnostics.step_ms, m.command) for m in ride.moments])
     motion, kept = _measured(ride.motion)
-    docked = [time for time, command in zip(times, commands, strict=True) if command.docked]
-    to_dock = float(docked[0]) if docked else None
+    to_dock = next((moment.time for moment in ride.moments if moment.command.docked), None)
     goal, comfort = commands[-1].goal, ride.config.comfort
     error = dict.fromkeys(named(np.zeros(3)))
     if goal is not None and len(motion.times):

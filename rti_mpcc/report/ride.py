@@ -73,13 +73,18 @@ class Ride:
         return bool(np.isfinite(self.motion.goals).any())
 
     @property
+    def times(self) -> Array:
+        """(n,) times of the moments [s]."""
+        return np.array([moment.time for moment in self.moments])
+
+    @property
     def end(self) -> float:
         """Time at which it ends [s]."""
         return float(self.motion.times[-1])
 
     def at(self, time: float) -> int:
         """Index of the moment at `time` [s]: the last one not after it, or the first one."""
-        after = np.searchsorted([moment.time for moment in self.moments], time + 1e-9, side="right")
+        after = np.searchsorted(self.times, time + 1e-9, side="right")
         return max(0, int(after) - 1)
 
 

@@ -7,7 +7,7 @@ choose the cycle. Numbers are rounded to what can be seen: a minute of driving t
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,7 @@ from rti_mpcc.types import Array
 
 SIMPLER, PLAN_SIMPLER = 0.01, 0.04
 """Lines of the surroundings, and plans, are shown with corners left out within this [m]."""
-NEAR = 1.5
-"""Half-planes of what is nearer to the body than this are shown [m]."""
+NEAR = 1.5  # half-planes of what is nearer to the body than this are shown [m]
 MOST_PLANES = 4
 CM, MRAD = 100.0, 1000.0
 SIGMAS = 3.0
@@ -94,7 +93,7 @@ def _data(ride: Ride) -> dict[str, Any]:
                 "target": goals.place(told.target),
                 "setpoint": goals.place(command.goal and command.goal.pose),
                 "goal": goals.place(true_goal),
-                "ellipse": _ellipse(moment.command.diagnostics.goal, origin),
+                "ellipse": _ellipse(told.goal, origin),
                 "obstacles": [outlines.place(each) for each in moment.obstacles],
                 "moving": moving,
                 "plan": _plan(moment),
@@ -102,11 +101,10 @@ def _data(ride: Ride) -> dict[str, Any]:
             }
         )
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    times = [moment.time for moment in ride.moments]
     walls = [] if ride.corridor is None else draw.boundaries_of(ride.corridor)
     poses = np.array([moment.pose for moment in ride.moments])
     return {
-        "t": _rounded(times, 3),
+        "t": _rounded(ride.times, 3),
         "x": _rounded(poses[:, 0] - origin[0], 3),
         "y": _rounded(poses[:, 1] - origin[1], 3),
         "phi": _rounded(poses[:, 2], 4),
@@ -128,13 +126,13 @@ def _data(ride: Ride) -> dict[str, Any]:
             if each.pose is not None
         ],
         "colors": {status.value: color for status, color in draw.STATUS_COLORS.items()},
-        "strips": _strips(ride, times),
+        "strips": _strips(ride),
         "simulated": ride.simulated,
     }
 
 
-def _strips(ride: Ride, times: Sequence[float]) -> list[dict[str, Any]]:
-    rows = ride.motion.rows_at(times)
+def _strips(ride: Ride) -> list[dict[str, Any]]:
+    rows = ride.motion.rows_at(ride.times)
     shown = [(each, each.values[rows]) for each in motion_strips(ride)]
     shown += [(each, each.values) for each in (commanded_jerk(ride), clearance(ride), computing_time(ride))]
     return [

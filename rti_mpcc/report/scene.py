@@ -22,10 +22,8 @@ from rti_mpcc.report.overview import show_ride
 from rti_mpcc.report.ride import Ride
 from rti_mpcc.types import Array
 
-_BODIES = 6
-"""Bodies drawn along the plan, the last one at its end."""
-_WHEEL = np.array([-0.45, 0.45])
-"""Ends of the bicycle's front wheel as it is drawn, along the wheel [m]."""
+_BODIES = 6  # bodies drawn along the plan, the last one at its end
+_WHEEL = np.array([-0.45, 0.45])  # ends of the bicycle's front wheel as it is drawn, along the wheel [m]
 
 
 class Scene:
@@ -81,9 +79,8 @@ class Scene:
         """Show the moment with this index."""
         moment, vehicle, given = self.ride.moments[index], self.ride.config.vehicle, self.ride.corridor
         states, target = moment.command.trajectory.states, moment.command.diagnostics.target
-        planned = None
-        if moment.corridor is not None and moment.corridor.area is not None:
-            planned = moment.route
+        in_area = moment.corridor is not None and moment.corridor.area is not None
+        planned = moment.route if in_area else None
         self.route.set_segments([] if planned is None else draw.path_lines(planned))
         if given is not None:  # on a planned route all its boundaries act
             active = (moment.command.diagnostics.part,) if planned is None else None

@@ -38,9 +38,8 @@ def motion_strips(ride: Ride) -> list[Strip]:
 
 def commanded_jerk(ride: Ride) -> Strip:
     """Change of the commanded acceleration from cycle to cycle over the time between, a value a moment."""
-    times = np.array([moment.time for moment in ride.moments])
     commanded = np.array([moment.command.acceleration for moment in ride.moments])
-    spans = np.diff(times, prepend=times[0] - ride.config.cycle)
+    spans = np.diff(ride.times, prepend=ride.times[0] - ride.config.cycle)
     jerk = np.diff(commanded, prepend=0.0) / np.where(spans > 0.0, spans, np.nan)
     return Strip("jerk, commanded [m/s³]", jerk, ride.config.comfort.jerk)
 

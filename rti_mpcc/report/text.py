@@ -20,12 +20,10 @@ from rti_mpcc.recording import ReplayReport
 from rti_mpcc.simulation.docks_file import Docks
 from rti_mpcc.types import MissionResult
 
-Advance = Callable[[float, float], None]
-"""Called with the work done and all of it."""
+Advance = Callable[[float, float], None]  # called with the work done and all of it
 SHOWN, LONGEST = 12, 200
 """Largest number of fields of a replay's difference that are shown, and of characters of a value."""
-Row = tuple[str, str, str]
-"""Name, value, unit."""
+Row = tuple[str, str, str]  # name, value, unit
 Figures = dict[str, Any]
 _DIRECTIONS = {1: "forward", -1: "in reverse"}
 _APART = ("scenario", "method", "preset", "mission", "comfort", "energy_to_dock")
@@ -43,14 +41,7 @@ _UNITS = {
 }
 _SQUARED = {"steering_rate": "rad²/s", "acceleration": "m²/s³", "lateral_acceleration": "m²/s³"}
 
-RATIOS = (
-    "time_to_tolerance_s",
-    "time_to_dock_s",
-    "energy.steering_rate",
-    "energy.acceleration",
-    "energy.lateral_acceleration",
-    "cycle_ms.p50",
-)
+RATIOS = ("time_to_tolerance_s", "time_to_dock_s", *(f"energy.{name}" for name in _SQUARED), "cycle_ms.p50")
 """Figures with a ratio of each run to the first one of its scenario."""
 _COMPARED = ("docked", *RATIOS[:2], "direction_changes", "min_clearance_m", "rms", "energy")
 """Figures of several runs side by side: those of the paper's Tables II and III, and some more."""

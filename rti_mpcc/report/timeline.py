@@ -22,11 +22,9 @@ from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult, Status
 
-FARTHEST = (1.0, 1.0, 30.0)
-"""No row of the goal's errors reaches farther than this [m], [m], [deg]."""
+FARTHEST = (1.0, 1.0, 30.0)  # no row of the goal's errors reaches farther than this [m], [m], [deg]
 GOAL_ROWS = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")
-_SIGMAS = 3.0
-"""Half the width of the band around the estimate [standard deviations]."""
+_SIGMAS = 3.0  # half the width of the band around the estimate [standard deviations]
 _UNITS = np.array([1.0, 1.0, 180.0 / np.pi])
 _ROOM, _TOLERANCES = 1.1, 1.5
 """A row of errors reaches this much farther than its curves, and this multiple of the goal tolerance."""
@@ -37,10 +35,8 @@ _SHADES = {
     GoalStatus.COASTING: {"color": draw.ORANGE, "alpha": 0.25, "zorder": 0},
     GoalStatus.LOST: {"color": draw.PINK, "alpha": 0.35, "zorder": 0},
 }
-_BANDED = 3
-"""Number of the first rows that show the steps of a mission."""
-_ENTRIES = 6
-"""Largest number of entries in a column of a legend."""
+_BANDED = 3  # number of the first rows that show the steps of a mission
+_ENTRIES = 6  # largest number of entries in a column of a legend
 _OVER = {
     MissionResult.SUCCEEDED: (draw.GREEN, "step, succeeded"),
     MissionResult.RUNNING: (draw.GREY, "step, running"),
@@ -88,9 +84,8 @@ def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
             ("time_to_dock_s", "docked", "dashed"),
         ):
             if summary.get(key) is not None:
-                row.axvline(
-                    start + summary[key], color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name
-                )
+                at = start + summary[key]
+                row.axvline(at, color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name)
         draw.grid(row)
     # The goal's rows share a legend; the first chart also names the bands and the marks of all.
     marks = {label for label in axes[0].get_legend_handles_labels()[1] if label != strips[0].label}
@@ -123,8 +118,7 @@ def _draw_strip(row: Axes, ride: Ride, strip: Strip, commanded: Sequence[float] 
     """A quantity with its comfort value and limit: neither of them makes the curve small."""
     known = np.isfinite(strip.values)
     if commanded is not None:
-        times = [moment.time for moment in ride.moments]
-        row.step(times, commanded, where="post", **_thin(draw.ORANGE, "commanded"))
+        row.step(ride.times, commanded, where="post", **_thin(draw.ORANGE, "commanded"))
     if known.any() and (ride.simulated or commanded is None):
         label = "true" if ride.simulated else "measured"
         row.plot(ride.motion.times, strip.values, color=draw.BLUE, label=label)
@@ -183,11 +177,10 @@ def _draw_routes(axes: Axes, ride: Ride) -> None:
 
 
 def _draw_weights(row: Axes, ride: Ride) -> None:
-    times = [moment.time for moment in ride.moments]
     values = np.array([moment.weights for moment in ride.moments])
     for (name, color), each in zip(draw.WEIGHTS, values.T, strict=True):
         if each.any():
-            row.step(times, each, where="post", color=color, label=name)
+            row.step(ride.times, each, where="post", color=color, label=name)
     # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
     row.set_yscale("symlog", linthresh=1.0)
     row.set_ylim(0.0, 10.0 * max(1.0, float(values.max())))
@@ -195,7 +188,6 @@ def _draw_weights(row: Axes, ride: Ride) -> None:
 
 
 def _draw_computing(row: Axes, ride: Ride) -> None:
-    times = [moment.time for moment in ride.moments]
     # Logarithmic: a new segment or objective takes several QPs and would hide the common cycle.
     row.set_yscale("log")
     for name, color, label in (
@@ -204,13 +196,13 @@ def _draw_computing(row: Axes, ride: Ride) -> None:
         ("solve_ms", draw.BLUE, "solver"),
     ):
         spent = np.array([getattr(moment.command.diagnostics, name) for moment in ride.moments])
-        row.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
+        row.plot(ride.times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
     row.set_ylabel("time a cycle\n[ms]")
 
 
 def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
     """Setpoint, estimate and detections of the goal against the true one, in its frame."""
-    times, tolerance = [moment.time for moment in ride.moments], np.array(ride.config.goal_tolerance) * _UNITS
+    times, tolerance = ride.times, np.array(ride.config.goal_tolerance) * _UNITS
     found = [moment.command.diagnostics.goal for moment in ride.moments]
     goals = np.array([_UNKNOWN[0] if moment.goal is None else moment.goal for moment in ride.moments])
     covariances = np.array(

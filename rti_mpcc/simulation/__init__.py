@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from rti_mpcc.simulation.closed_loop import Controller, simulate
-from rti_mpcc.simulation.controllers import all_succeeded, docking_controller, driver_of
+from rti_mpcc.simulation.closed_loop import Controller, docking_controller, driver_of, simulate
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
 from rti_mpcc.simulation.goal_feed import CameraDetector, Detector, GoalSource, SimulatedDetector
 from rti_mpcc.simulation.metrics import summary
-from rti_mpcc.simulation.result import RunResult, Truth
+from rti_mpcc.simulation.result import RunResult, Truth, all_succeeded
 from rti_mpcc.simulation.scenario import (
     PRESETS,
     Scenario,

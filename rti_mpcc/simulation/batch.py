@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 from geometry.extras import check_extra
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import prepare_process
-from rti_mpcc.simulation.closed_loop import Controller, simulate
-from rti_mpcc.simulation.controllers import driver_of
+from rti_mpcc.simulation.closed_loop import Controller, driver_of, simulate
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario

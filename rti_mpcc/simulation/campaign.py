@@ -35,8 +35,7 @@ DEATHS = 2  # a case that has ended this number of workers of a Dask cluster is 
 DIED = "its worker process ended while it was under way"
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
-Drawn = Mapping[str, Any]
-"""What was drawn of a case: its `course` and `disturbances`."""
+Drawn = Mapping[str, Any]  # what was drawn of a case: its `course` and `disturbances`
 
 
 class RandomCase(Protocol):

@@ -1,8 +1,9 @@
-"""The controller and the plant in closed loop: measure, step, wait for the dead time, move."""
+"""The controller of a scenario and the plant in closed loop: measure, step, wait for the dead time, move."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import astuple
 from math import inf
 from time import perf_counter
 from typing import Any, Protocol
@@ -17,17 +18,8 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording.moment import wrapped
-from rti_mpcc.simulation.controllers import controller_of, mission_of
 from rti_mpcc.simulation.faults import Disturbances
-from rti_mpcc.simulation.goal_feed import (
-    CameraDetector,
-    Detector,
-    GoalFeed,
-    GoalSource,
-    Seen,
-    SimulatedDetector,
-    source_in,
-)
+from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, Seen, detector_of, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth, cycle_table
 from rti_mpcc.simulation.scenario import Scenario
@@ -56,6 +48,42 @@ class Controller(Protocol):
 
         It is given a `clock`, too, in the cycles of a fault of the solver.
         """
+
+
+def controller_of(scenario: Scenario, config: ControllerConfig) -> DockingController:
+    """The controller along the scenario's path, or in its area. Raises InputError."""
+    if scenario.in_area:
+        return DockingController.in_area(scenario.build_area(), config)
+    path = scenario.build_path()
+    return DockingController(path, scenario.build_corridor(path), config)
+
+
+def mission_of(scenario: Scenario, controller: DockingController) -> DockingMission | DockingController:
+    """The controller with the scenario's mission, or itself where there is none."""
+    if not scenario.mission:
+        return controller
+    goal = scenario.planned_goal() if scenario.in_area else None
+    body = None if scenario.goal.body is None else np.array(scenario.goal.body)
+    home = None if scenario.home is None else Pose2(*scenario.home.pose)
+    return DockingMission(controller, [each.build(goal, body) for each in scenario.mission], home=home)
+
+
+def docking_controller(
+    scenario: Scenario,
+    *,
+    preset: str = "default",
+    method: str | None = None,
+    goal_source: GoalSource = GoalSource.DETECTED,
+) -> DockingController:
+    """The controller that `simulate` makes, without the mission. Raises InputError."""
+    source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
+    config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
+    return controller_of(scenario, config)
+
+
+def driver_of(scenario: Scenario, **options: Any) -> DockingController | DockingMission:
+    """`docking_controller` and its options, with the scenario's mission if there is one."""
+    return mission_of(scenario, docking_controller(scenario, **options))
 
 
 def simulate(
@@ -93,17 +121,13 @@ def simulate(
     """
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
-    measurement, camera = scenario.goal.measurement, scenario.goal.camera
-    watched = detector is not None or measurement is not None
+    watched = detector is not None or scenario.goal.measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     corridor = None if scenario.in_area else scenario.build_corridor(scenario.build_path())
     goal = scenario.goal_pose()
-    if detector is None and measurement is not None:
-        if camera is not None:
-            detector = CameraDetector.of(camera, measurement, seed, seen)
-        else:
-            detector = SimulatedDetector(section=measurement, random=np.random.default_rng([seed, 1]))
+    if detector is None:
+        detector = detector_of(scenario.goal, seed, seen)
     first, shifts = scenario.planned_goal(), scenario.goal.shifts
     feed = GoalFeed(source=source, planned=first, goal=goal, shifts=shifts, detector=detector)
     scenery = Scenery(
@@ -195,7 +219,7 @@ class _Run:
             # The first projection of a part is given its start: a self-near route must not put it elsewhere.
             if self.path is not None:
                 self.theta = self.path.parts[self.part].project(plant.x, plant.y, near=self.theta)
-            state = (plant.x, plant.y, plant.phi, plant.v, plant.delta)
+            state = astuple(plant.measured)
             self.samples.append((time, *state, self.theta, self.part, goal.x, goal.y, goal.phi))
             if (reason := self._ending(time)) is not None:
                 return reason
@@ -216,8 +240,7 @@ class _Run:
         plant, faults = self.plant, self.disturbances
         self.feed.approach(plant.pose)
         noise = self.random.standard_normal(5) * self.scenario.simulation.state_noise
-        exact = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta])
-        measured = VehicleState(*(exact + noise).tolist())
+        measured = VehicleState(*(astuple(plant.measured) + noise).tolist())
         state = faults.measured(measured, now)
         obstacles = self.scenery.obstacles(now, plant.pose, self.path, self.part, self.theta)
         if faults.acting("lost_cycles", now):
@@ -238,8 +261,8 @@ class _Run:
         else:
             # Without a path there is always a goal, and it is given.
             goal = faults.goal(goal, now, feed.goal if self.path is None else self.path.end)
-        arguments: dict[str, Any] = {"goal": goal, "measurements": detections}
-        arguments["obstacles"] = obstacles if self.scenery.changing else None
+        given = obstacles if self.scenery.changing else None
+        arguments: dict[str, Any] = {"goal": goal, "measurements": detections, "obstacles": given}
         if self.mission is not None:
             body = self.scenario.goal.body
             outline = None if body is None else outline_at(body, feed.goal)

@@ -15,20 +15,13 @@ from typing import Protocol
 
 import numpy as np
 
-from estimation import (
-    CharucoDetection,
-    CharucoGoalDetector,
-    Frame,
-    GoalFilterConfig,
-    GoalMeasurement,
-    PoseHistory,
-)
-from estimation.measurement import in_world
+from estimation import CharucoDetection, CharucoGoalDetector, GoalFilterConfig, GoalMeasurement, PoseHistory
+from estimation.measurement import Frame, in_world
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.camera import BoardCamera, Image
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.sections.goal import CameraSection, MeasurementSection, ShiftSection
+from rti_mpcc.simulation.sections.goal import CameraSection, GoalSection, MeasurementSection, ShiftSection
 from rti_mpcc.types import VehicleState
 
 RAW_HISTORY = 10.0  # a detection that is used as it is may arrive this late [s]
@@ -178,6 +171,15 @@ class CameraDetector(TimedDetector):
         measurement = detection.measurement
         off = Pose2(measurement.x, measurement.y, measurement.phi).compose(Pose2(*wrong.offset))
         return replace(detection, measurement=replace(measurement, x=off.x, y=off.y, phi=off.phi))
+
+
+def detector_of(goal: GoalSection, seed: int, seen: Seen | None) -> Detector | None:
+    """The detector that a scenario describes, None where it has none. Raises as `CameraSection.check`."""
+    if goal.measurement is None:
+        return None
+    if goal.camera is not None:
+        return CameraDetector.of(goal.camera, goal.measurement, seed, seen)
+    return SimulatedDetector(section=goal.measurement, random=np.random.default_rng([seed, 1]))
 
 
 @dataclass(slots=True, kw_only=True)

@@ -18,17 +18,10 @@ from rti_mpcc.config import Comfort, Vehicle
 from rti_mpcc.course.docking_time import expected_docking_time
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_of, body_polygons, clearances
+from rti_mpcc.simulation import ride
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth
-from rti_mpcc.simulation.ride import (
-    energy_bound,
-    hard_braking,
-    peak_jerk,
-    samples_until,
-    spells,
-    turning_points,
-)
 from rti_mpcc.types import Array, Source, Status
 from rti_mpcc.world.surroundings import area_along
 
@@ -47,7 +40,7 @@ def summary(result: RunResult) -> dict[str, Any]:
     to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
     to_dock = time_to_dock(truth.times, standing)
     gain, comfort = result.scenario.simulation.acceleration_gain, result.config.comfort_acceleration
-    bound = 0.0 if to_dock is None else energy_bound(truth, to_dock)
+    bound = 0.0 if to_dock is None else ride.energy_bound(truth, to_dock)
     clearance = float(np.min(body_clearances(result)))
     # The vehicle is to stand at its goal at the end of the last docking, or of the run.
     ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
@@ -62,7 +55,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "time_to_dock_s": to_dock,
         "final_error": named(errors[end]),
         "min_clearance_m": clearance if isfinite(clearance) else None,
-        "direction_changes": len(turning_points(truth.times, truth.v)),
+        "direction_changes": len(ride.turning_points(truth.times, truth.v)),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
@@ -71,10 +64,10 @@ def summary(result: RunResult) -> dict[str, Any]:
         "energy_ratio": energy(truth, to_dock)["acceleration"] / bound if bound > 0.0 else None,
         "peak": {
             **peaks(truth, to_dock),
-            "jerk": peak_jerk(result.cycles, result.scenario.simulation.cycle, to_dock, gain),
+            "jerk": ride.peak_jerk(result.cycles, result.scenario.simulation.cycle, to_dock, gain),
         },
         "comfort": result.config.comfort._asdict(),
-        "hard_braking": hard_braking(truth, result.cycles, comfort, gain),
+        "hard_braking": ride.hard_braking(truth, result.cycles, comfort, gain),
         "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **computing(result.cycles),
@@ -149,7 +142,7 @@ def goal_summary(result: RunResult) -> dict[str, Any] | None:
 
 def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
     """Start of the first DOCK_TIME in which the vehicle stands inside tolerance throughout [s]."""
-    for first, last in spells(standing):
+    for first, last in ride.spells(standing):
         if times[last] - times[first] >= DOCK_TIME - SAME_TIME:
             return float(times[first])
     return None
@@ -271,13 +264,13 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
 
 
 def _square_integral(times: Array, values: Array, until: float | None) -> float:
-    count = samples_until(times, until)
+    count = ride.samples_until(times, until)
     return float(np.trapezoid(values[:count] ** 2, times[:count]))
 
 
 def peaks(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run) of what has a comfort value."""
-    count = max(samples_until(truth.times, until), 1)
+    count = max(ride.samples_until(truth.times, until), 1)
     names = (name for name in Comfort._fields if name != "jerk")
     return {name: float(np.abs(getattr(truth, name)[:count]).max()) for name in names}
 

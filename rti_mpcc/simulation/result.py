@@ -64,27 +64,16 @@ class Truth:
         return np.minimum(rows, len(self.times) - 1).astype(np.int64)
 
 
-Cycles = np.recarray[Any, Any]
-"""The table of the cycles, see `cycle_table`."""
-_COMMAND = {
-    "acceleration": float,
-    "steering_rate": float,
-    "speed": float,
-    "steering": float,
-    "status": object,
-    "source": object,
+Cycles = np.recarray[Any, Any]  # the table of the cycles, see `cycle_table`
+_COMMAND: dict[str, type] = {
+    **dict.fromkeys(("acceleration", "steering_rate", "speed", "steering"), float),
+    **dict.fromkeys(("status", "source"), object),
 }
-_DIAGNOSTICS = {
-    "objective": object,
-    "cause": object,
-    "reason": object,
+_DIAGNOSTICS: dict[str, type] = {
+    **dict.fromkeys(("objective", "cause", "reason", "goal", "detections"), object),
+    **dict.fromkeys(("failed", "interior_point", "deadline_missed"), bool),
     "iterations": int,
-    "failed": bool,
-    "interior_point": bool,
-    "deadline_missed": bool,
     "feedback_ms": float,
-    "goal": object,
-    "detections": object,
 }
 
 
@@ -156,3 +145,13 @@ class RunResult:
         """The scenario and its preset, with the method where that is not the usual one."""
         methods = "" if self.method == "dynamic" else f"{self.method}, "
         return f"{self.scenario.name} ({methods}{self.preset})"
+
+
+def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bool:
+    """Whether a mission ended and the last try of each step succeeded; True where there was none.
+
+    A mission that continues after a failed step (`then="continue"`) succeeds, but not with all of its steps.
+    """
+    last_tries = {record.place: record.result for record in log}
+    succeeded = MissionResult.SUCCEEDED
+    return result in (None, succeeded) and all(each is succeeded for each in last_tries.values())

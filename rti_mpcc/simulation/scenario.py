@@ -155,9 +155,8 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        changes |= section.model_dump(
-            exclude={*names, "docking_time", "weights", "method"}, exclude_none=True
-        )
+        others = {*names, "docking_time", "weights", "method"}
+        changes |= section.model_dump(exclude=others, exclude_none=True)
         config = with_method(PRESETS[preset](**changes), method or section.method)
         if section.weights is not None:
             config = config.changed(weights=section.weights.model_dump(exclude_unset=True))

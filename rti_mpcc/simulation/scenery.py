@@ -24,8 +24,7 @@ BESIDE = 0.5  # its reach in an area beyond both sides of a body on the path [m]
 _TOUCHING = 1e-3  # bodies that are nearer to one another are in contact [m]
 
 Outlines = Sequence[Array | Obstacle]
-Change = tuple[float, tuple[Array, ...]]
-"""From time [s], all outlines (k, 2) [m]."""
+Change = tuple[float, tuple[Array, ...]]  # from time [s], all outlines (k, 2) [m]
 
 
 @dataclass(slots=True, kw_only=True)

@@ -110,9 +110,7 @@ def _plant(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
     }
 
 
-def _shifted(
-    scenario: Scenario, key: str, pose: tuple[float, float, float], shift: Sequence[float]
-) -> Scenario:
+def _shifted(scenario: Scenario, key: str, pose: Sequence[float], shift: Sequence[float]) -> Scenario:
     """The scenario with the pose at a key shifted in its own frame, by less where there is no room."""
     least = min(CLEARANCE, _clearance(scenario))
     for halved in range(HALVINGS):

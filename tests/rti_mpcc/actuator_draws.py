@@ -14,7 +14,7 @@ from geometry import Pose2
 from geometry.outline import drawn_shape, shape_of
 from rti_mpcc import ActuatorModel, ControllerConfig, Vehicle
 from rti_mpcc.simulation import Scenario, load_scenario
-from rti_mpcc.simulation.controllers import controller_of
+from rti_mpcc.simulation.closed_loop import controller_of
 
 SCENES = ("docking_behind", "docking_inside", "bay_perpendicular")
 LONGEST_LAG, LONGEST_DEAD_TIME = 0.5, 0.3  # [s]

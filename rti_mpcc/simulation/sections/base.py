@@ -8,16 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    model_validator,
-)
-from pydantic_core import ErrorDetails
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic_core import ErrorDetails, ValidationError
 
 from geometry import files
 from geometry.errors import shown
@@ -27,16 +19,14 @@ from rti_mpcc.errors import ConfigError, InputError, ScenarioError
 
 Model = TypeVar("Model", bound=BaseModel)
 Item = TypeVar("Item")
-Location = tuple[int | str, ...]
-"""Of a value: keys of tables and places in lists, from the top of the file."""
+Location = tuple[int | str, ...]  # of a value: keys of tables and places in lists, from the top of the file
 
 # TOML has lists only; strictness stays on for what is in them.
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
-Outline = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
-"""A polygon, a line, or a point."""
+Outline = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]  # a polygon, a line, or a point
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]

@@ -12,9 +12,7 @@ from rti_mpcc.config.vehicle import Delay
 from rti_mpcc.paper import METHODS
 from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Positive, Section, Triple
 
-_Noise = Annotated[
-    tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
-]
+Noise = Annotated[tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)]
 
 
 class ControllerSection(Section):
@@ -61,7 +59,7 @@ class SimulationSection(Section):
     steering_offset: float = Field(default=0.0, ge=-0.3, le=0.3)
     acceleration_gain: float = Field(default=1.0, ge=0.1, le=3.0)
     acceleration_offset: float = Field(default=0.0, ge=-10.0, le=10.0)
-    state_noise: _Noise = (0.0, 0.0, 0.0, 0.0, 0.0)
+    state_noise: Noise = (0.0, 0.0, 0.0, 0.0, 0.0)
     start_offset: Triple = (0.0, 0.0, 0.0)
 
     def _problems(self) -> Iterator[KeyProblem]:

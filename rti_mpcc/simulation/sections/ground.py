@@ -125,9 +125,8 @@ class MovingSection(Section):
             return None
         corners, seconds = np.array(self.polygon), now - self.start
         middle = checked_shape(corners, "polygon").centroid
-        turned = outline_at(
-            corners - (middle.x, middle.y), Pose2(middle.x, middle.y, self.turn_rate * seconds)
-        )
+        turning = Pose2(middle.x, middle.y, self.turn_rate * seconds)
+        turned = outline_at(corners - (middle.x, middle.y), turning)
         return Obstacle(turned + seconds * np.array(self.velocity), self.velocity, self.turn_rate, self.name)
 
 

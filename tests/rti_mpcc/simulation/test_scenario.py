@@ -23,7 +23,7 @@ from rti_mpcc.simulation import (
     save_scenario,
     scenario_from_dict,
 )
-from rti_mpcc.simulation.controllers import mission_of
+from rti_mpcc.simulation.closed_loop import mission_of
 from rti_mpcc.simulation.sections.mission import signalled_by_the_simulation
 from tests.rti_mpcc.simulation.conftest import area_tables, camera_tables, straight_tables, write_yard
 from tests.rti_mpcc.yards import BRISK
