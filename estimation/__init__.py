@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from estimation.belief import GoalPrior
 from estimation.disturbance import DisturbanceEstimate
 from estimation.goal_filter import GoalPoseFilter
-from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
-from estimation.prior import GoalPrior
 from estimation.settings import DetectionNoise, DisturbanceFilterConfig, GoalFilterConfig, VehicleFilterConfig
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome, stds_in
-from estimation.vehicle_filter import MeasurementNoise
+from estimation.vehicle_filter import MeasurementNoise, PoseHistory
 from geometry.later import import_later
 
 if TYPE_CHECKING:

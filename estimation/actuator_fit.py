@@ -8,12 +8,11 @@ squares for each T and tau. `scipy.optimize.least_squares` finds T and tau, from
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp
 from typing import Final
 
 import numpy as np
 
-from estimation.actuator_bank import Scale
+from estimation.actuator_bank import Scale, answers
 from estimation.types import Array
 
 WINDOW = 6.0
@@ -78,23 +77,11 @@ class _Problem:
 
     def __init__(self, drive: Drive, by_setpoints: bool) -> None:
         self.drive, self.by_setpoints = drive, by_setpoints
-        self.commands = drive.setpoints if by_setpoints else drive.rates
+        self.sent = np.stack([drive.stamps, drive.rates, drive.setpoints], axis=1)
+        self.first = np.array([[0.0], drive.setpoints[:1], drive.rates[:1]])
         windows = ((drive.stamps - drive.stamps[0]) // WINDOW).astype(int)
         parts = (np.flatnonzero(windows == each) for each in np.unique(windows))
         self.parts = [each for each in parts if len(each) > 4]
-
-    def output(self, dead_time: float, lag: float) -> Array:
-        """(n,) Y of (A1) at the measurements."""
-        stamps, commands = self.drive.stamps, self.commands
-        outputs, acting = np.empty(len(stamps)), commands[0]
-        outputs[0] = acting if self.by_setpoints else 0.0
-        for k, seconds in enumerate(np.diff(stamps).tolist()):
-            over = acting - commands[k]
-            left = exp(-seconds / lag)
-            acting = commands[k] + over * left
-            gained = commands[k] * seconds + over * lag * (1.0 - left)
-            outputs[k + 1] = acting if self.by_setpoints else outputs[k] + gained
-        return np.asarray(np.interp(stamps - dead_time, stamps, outputs))
 
     def residuals(self, model: Array) -> Array:
         """(n,) what (A2) leaves of the windows."""
@@ -102,7 +89,9 @@ class _Problem:
 
     def explained(self, model: Array) -> tuple[Array, float]:
         """(n,) residuals and 1 + c2."""
-        y, m, t = self.output(*model.tolist()), self.drive.measured, self.drive.stamps
+        m, t = self.drive.measured, self.drive.stamps
+        output = answers(self.sent, self.first, model[1:])[:, int(self.by_setpoints), 0]
+        y = np.interp(t - model[0], t, output)
         pairs = [(_detrended(m[part], t[part]), _detrended(y[part], t[part])) for part in self.parts]
         ms, ys = (np.concatenate(each) for each in zip(*pairs, strict=True))
         gain = float(ms @ ys) / max(float(ys @ ys), 1e-12)

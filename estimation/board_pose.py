@@ -124,10 +124,7 @@ def _minimum(camera: Camera, corners: Array, pixels: Array, start: Array, sigma:
             break
     covariance = np.linalg.inv(seen[1].T @ seen[1] / sigma**2 + np.diag(tied))[:3, :3]
     return BoardPose(
-        value=unknown[:3],
-        covariance=0.5 * (covariance + covariance.T),
-        residuals=pixels - seen[0],
-        cost=cost,
+        value=unknown[:3], covariance=0.5 * (covariance + covariance.T), residuals=pixels - seen[0], cost=cost
     )
 
 

@@ -18,8 +18,7 @@ from estimation.board_pose import BoardPose, fit_board
 from estimation.camera import Camera, CharucoBoard, turn
 from estimation.measurement import Frame, GoalMeasurement
 from estimation.types import Array
-from geometry.errors import ConfigError
-from geometry.extras import check_extra, missing_extra
+from geometry.errors import ConfigError, check_extra, missing_extra
 from geometry.validation import validated
 
 Image = NDArray[np.uint8]

@@ -195,13 +195,7 @@ def updated(
     _correct(mean, covariance, motion.v, phi, config.speed_std, config.heading_std)
     unmoved = (estimate.unmoved or estimate) if motion == last else None
     return DisturbanceEstimate(
-        mean=mean,
-        covariance=covariance,
-        at=now,
-        motion=motion,
-        held_since=since,
-        free=free,
-        unmoved=unmoved,
+        mean=mean, covariance=covariance, at=now, motion=motion, held_since=since, free=free, unmoved=unmoved
     )
 
 

@@ -11,9 +11,8 @@ from bisect import bisect_left, bisect_right
 from dataclasses import replace
 from math import inf
 
-from estimation.belief import Belief, later
+from estimation.belief import Belief, GoalPrior, later
 from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
-from estimation.prior import GoalPrior
 from estimation.settings import GoalFilterConfig
 from estimation.track import TrackFilter
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome

@@ -197,17 +197,10 @@ def index_before(track: Array2, seconds: float) -> int:
     return k
 
 
-def latest(track: Array) -> list[float]:
-    """The last reading (COLUMNS,)."""
-    reading: list[float] = track[-1].tolist()
-    return reading
-
-
-def before(track: Array, seconds: float) -> list[float]:
-    """The newest reading (COLUMNS,) at least so long before the last one [s], or the oldest."""
+def now_and_before(track: Array, seconds: float) -> tuple[list[float], list[float]]:
+    """The last reading (COLUMNS,), and the newest one at least so long before it [s], or the oldest."""
     k = int(track[:, AT].searchsorted(track[-1, AT] - seconds + 1e-9, side="right")) - 1
-    reading: list[float] = track[max(k, 0)].tolist()
-    return reading
+    return track[-1].tolist(), track[max(k, 0)].tolist()
 
 
 @inner

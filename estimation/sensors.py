@@ -29,10 +29,9 @@ from estimation.odometry import (
     TURNED,
     CommandedChange,
     Geometry,
-    before,
     distances_at,
-    latest,
     moved_on,
+    now_and_before,
     track_from,
 )
 from estimation.types import Array
@@ -203,7 +202,7 @@ def _speed_or_pose(known: Sensors, track: Array, found: Comparison, noise: Noise
 
 def _blames_speed(track: Array, gap: Gap) -> bool:
     """Whether the pose is right, not the speed."""
-    now, then = latest(track), before(track, float(track[-1, AT]) - gap.since)
+    now, then = now_and_before(track, float(track[-1, AT]) - gap.since)
     if now[SPEED] == 0.0 and now[REPORTED] != then[REPORTED]:
         return True  # the sensor has just fallen into its dead band
     if abs(gap.moved - gap.driven) <= abs(gap.reported - gap.driven):
@@ -226,7 +225,7 @@ def _delay(track: Array, noise: Noise) -> float | None:
 
 def _unfollowed(track: Array) -> str:
     """Why the speed sensor is not to be relied on while the pose is in doubt, or ""."""
-    now, then = latest(track), before(track, 0.5)
+    now, then = now_and_before(track, 0.5)
     commanded, reported = now[COMMANDED] - then[COMMANDED], now[SPEED] - then[SPEED]
     if abs(reported - commanded) <= _UNFOLLOWED + _UNFOLLOWED_SHARE * abs(commanded):
         return ""
@@ -261,8 +260,8 @@ def _steering(
         if unsteered == known.unsteered and still == known.unmoved:
             return known
         return known._replace(unsteered=unsteered, unmoved=still, moved=0.0 if unsteered else known.moved)
-    then = before(track, STEERING_WINDOW)
-    angle = known.angle + steered if out else then[STEERING] + float(track[-1, STEERED]) - then[STEERED]
+    now, then = now_and_before(track, STEERING_WINDOW)
+    angle = known.angle + steered if out else then[STEERING] + now[STEERED] - then[STEERED]
     angle = _observed(track, angle, noise, body)
     proof = found.distance if abs(angle) > _TELLING else 0.0
     # It is said once, with the first figures.
@@ -272,7 +271,7 @@ def _steering(
 
 def _steering_words(track: Array, seconds: float, body: Geometry) -> str:
     """What is said of a steering sensor that disagrees with the pose over a window [s]."""
-    now, then = latest(track), before(track, seconds)
+    now, then = now_and_before(track, seconds)
     moved, turned, reported = (now[k] - then[k] for k in (ALONG, PHI, TURNED))
     says, seen = (atan(body.wheelbase * each / moved) if moved else 0.0 for each in (reported, turned))
     return (
@@ -283,7 +282,7 @@ def _steering_words(track: Array, seconds: float, body: Geometry) -> str:
 
 def _observed(track: Array, angle: float, noise: Noise, body: Geometry) -> float:
     """The steering [rad], from that of its commands, by how the pose turns."""
-    now, then = latest(track), before(track, WINDOWS[0])
+    now, then = now_and_before(track, WINDOWS[0])
     moved, turned = now[ALONG] - then[ALONG], now[PHI] - then[PHI]
     if abs(moved) < _LEAST_WAY:
         return angle

@@ -13,8 +13,6 @@ from geometry.validation import validated
 
 Std = Annotated[float, Field(gt=0.0, le=1e3)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e4)]
-
-
 LEAST, MOST = 1e-9, 1e6
 """Standard deviations beyond these [m], [rad] leave no matrix that can be inverted."""
 
@@ -113,8 +111,6 @@ class VehicleFilterConfig(Settings):
         enabled: filter it; otherwise the state is the measurement.
     """
 
-    former: ClassVar = {
-        "memory position_walk heading_walk speed_walk steering_walk slip widest": CONSTANT,
-    }
+    former: ClassVar = {"memory position_walk heading_walk speed_walk steering_walk slip widest": CONSTANT}
 
     enabled: bool = True

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from geometry.angles import lift, wrap
 from geometry.area import Area
 from geometry.corridor import Corridor
 from geometry.errors import AreaError, CorridorError, InputError, PathError, RtiMpccError
 from geometry.offsets import Narrowing
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
-from geometry.pose import Pose2
+from geometry.pose import Pose2, lift, wrap
 from geometry.walls import PartLines
 
 __all__ = [

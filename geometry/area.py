@@ -181,8 +181,7 @@ class Area:
 
 
 def _outline(corners: ArrayLike, name: str) -> Array:
-    outline: Array = locked(corners_of(checked_polygon(corners, name, AreaError)))
-    return outline
+    return locked(corners_of(checked_polygon(corners, name, AreaError)))
 
 
 def _rings(polygons: Sequence[ArrayLike], name: str) -> list[Array]:

@@ -13,7 +13,11 @@ piece is to get out along the left normal of one of the segments, or at right an
 no way against that sum, whichever is shortest. A piece that is wholly beyond the nearest segment is to get
 out along its left normal, if the origin of the body is beyond the lines or another piece crosses them. Else
 the body has not come through, but is behind the wall of another stretch of its lane: it stays there.
-Solid shapes: geometry.flanks.
+
+On open ground there are solid shapes all around, and the body may have to stand between two of them: the
+nearest one alone would show a slot as one wall. So the sides are the flanks of the body. By where the normal
+of the nearest pair of features points, seen from the body, a shape is to the left, to the right, or at an
+end, ahead or behind, and there to the left or right of the middle. Obstacles in a corridor are one side.
 """
 
 from __future__ import annotations
@@ -44,6 +48,8 @@ from geometry.shape_grid import (
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
 """Columns of a contact: signed distance [m], normal, out of the shape, and the point of the piece [m], both
 in the frame of the body; how many these are."""
+LEFT, RIGHT, END_LEFT, END_RIGHT, FLANKS = range(5)
+"""Sides of a body on open ground; how many these are."""
 _MOST_MET: Final = 32
 """Shapes near a pose of which it is known that they were met already, in another cell."""
 
@@ -121,11 +127,11 @@ def line_contacts(
                     if value <= 0.0 and length > 0.0:
                         _out_of_run(piece, grid.corners, i, frame, run, witness)
                     elif value > 0.0:
-                        reach_out(piece, segment, body.middle[0], outward, witness)
+                        _reach_out(piece, segment, body.middle[0], outward, witness)
                     key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
-                        keep(witness, found[n, j, grid.owner[i]])
+                        _keep(witness, found[n, j, grid.owner[i]])
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
@@ -138,7 +144,55 @@ def line_contacts(
                 j = slot // grid.owners
                 witness[VALUE] = -inf
                 _behind(body.corners[body.starts[j] : body.starts[j + 1]], segment, witness)
-                keep(witness, found[n, j, slot % grid.owners])
+                _keep(witness, found[n, j, slot % grid.owners])
+
+
+@kernel
+def solid_contacts(
+    body: Body, poses: Array2, grid: ShapeGrid, within: float, outward: float, found: Out4
+) -> None:
+    """Put what is nearer of solid shapes into the contacts `found` (n, pieces, sides, 5) of a body at `poses`
+    (n, 3).
+
+    Args:
+        within, outward: as of `line_contacts`.
+        found: of FLANKS sides, or of others: then all shapes are the last one.
+    """
+    shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
+    middle, sides = body.middle, found.shape[2]
+    farther_out = 0.0 if sides == FLANKS else outward
+    for n in range(len(poses)):
+        frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
+        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
+        for row in range(first_row, last_row + 1):
+            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
+                i = grid.members[k]  # once more in a later cell, which does no harm
+                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+                if is_off(ahead - middle[0], aside - middle[1], body.half, within + grid.circles[i, 2]):
+                    continue
+                count = grid.starts[i + 1] - grid.starts[i]
+                in_frame(grid.corners, grid.starts[i], count, frame, shape)
+                for j in range(len(body.starts) - 1):
+                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                    distance_between(piece, shape[:count], within, witness)
+                    if witness[VALUE] >= within:
+                        continue
+                    if witness[VALUE] > 0.0:
+                        _reach_out(piece, shape[:count], middle[0], outward, witness)
+                    side = _flank(witness, middle[1]) if sides == FLANKS else sides - 1
+                    known = found[n, j, side]
+                    key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
+                    if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):
+                        _keep(witness, known)
+
+
+@inner
+def _flank(witness: Array, middle: float) -> int:
+    """On which flank a shape is by this witness; where the body is met straight from an end, by the place."""
+    if abs(witness[NORMAL_Y]) >= abs(witness[NORMAL_X]):
+        return LEFT if witness[NORMAL_Y] < 0.0 else RIGHT
+    return END_LEFT if witness[ON_A_Y] > middle else END_RIGHT
 
 
 @inner
@@ -151,7 +205,7 @@ def _left_of(segment: Array) -> tuple[float, float, float]:
 
 
 @inner
-def keep(witness: Array, contact: Array) -> None:
+def _keep(witness: Array, contact: Array) -> None:
     """Put what `distance_between` found into a contact (5,)."""
     contact[APART] = witness[VALUE]
     contact[ALONG], contact[ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
@@ -159,7 +213,7 @@ def keep(witness: Array, contact: Array) -> None:
 
 
 @inner
-def reach_out(piece: Array, shape: Array, middle: float, outward: float, witness: Array) -> None:
+def _reach_out(piece: Array, shape: Array, middle: float, outward: float, witness: Array) -> None:
     """Put a corner of the piece that stands over an edge of the shape in the place of the nearest pair, if it
     is about as near and farther out."""
     best = witness[VALUE] - outward * abs(witness[ON_A_X] - middle)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from geometry.area import Area
 from geometry.arrays import Array
+from geometry.contacts import FLANKS
 from geometry.errors import CorridorError, InputError
-from geometry.flanks import FLANKS
 from geometry.free_space import FreeSpace
 from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
@@ -110,7 +110,7 @@ class Corridor(Validated, error=CorridorError):
         for i, row in enumerate(narrowings):
             _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
         walls = [_walls(i, part, left, right, narrowings) for i, part in enumerate(path.parts)]
-        return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
+        return cls(walls=tuple(walls), obstacles=tuple(map(np.asarray, obstacles)))
 
     @classmethod
     @validated(CorridorError)
@@ -133,7 +133,7 @@ class Corridor(Validated, error=CorridorError):
             left, right = split_outline(part, shape)
             narrowest = narrowest_in(part, shape)
             walls.append(PartLines(left=(left,), right=(right,), joined=True, narrowest=narrowest))
-        return cls(walls=tuple(walls), obstacles=_arrays(obstacles))
+        return cls(walls=tuple(walls), obstacles=tuple(map(np.asarray, obstacles)))
 
     @classmethod
     @validated(CorridorError)
@@ -148,7 +148,7 @@ class Corridor(Validated, error=CorridorError):
         Raises:
             CorridorError: a bad obstacle.
         """
-        return replace(self, obstacles=_arrays(obstacles))
+        return replace(self, obstacles=tuple(map(np.asarray, obstacles)))
 
     @validated(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
@@ -183,10 +183,6 @@ class Corridor(Validated, error=CorridorError):
         if not 0 <= part < len(self.walls):
             raise InputError(f"part = {part}: must be 0 to {len(self.walls) - 1}.")
         return part
-
-
-def _arrays(obstacles: Sequence[ArrayLike]) -> tuple[Array, ...]:
-    return tuple(np.asarray(each, dtype=np.float64) for each in obstacles)
 
 
 def _walls(

@@ -156,12 +156,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _end(
-    mouth: list[Array],
-    phi: float,
-    direction: int,
-    walls: shapely.Geometry,
-    beyond: float,
-    aside: float,
+    mouth: list[Array], phi: float, direction: int, walls: shapely.Geometry, beyond: float, aside: float
 ) -> shapely.Geometry:
     """What is beyond an open end, from its cross-section (left, middle, right) on, in the direction +1 or -1
     of the heading phi [rad], and not in the `walls`."""

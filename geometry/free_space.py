@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.contacts import line_contacts, no_contacts
-from geometry.flanks import FLANKS, solid_contacts
+from geometry.contacts import FLANKS, line_contacts, no_contacts, solid_contacts
 from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
 
@@ -38,7 +37,7 @@ def contacts_in(space: FreeSpace, body: Body, poses: Array, within: float, outwa
     """Return the contacts (n, pieces, sides, 5), see geometry.contacts, of a body at `poses` (n, 3).
 
     Sides: 0 left, 1 right and, only if there are obstacles, 2 the nearest one. In an area these are the
-    flanks of the body, see geometry.flanks.
+    flanks of the body.
 
     Args:
         within: what is farther away is left out [m]. A piece so far beyond a boundary is left alone, too: it

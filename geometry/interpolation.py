@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from geometry.angles import wrap
 from geometry.arrays import Array, Index, Mask
 from geometry.errors import PathError
+from geometry.pose import wrap
 from geometry.sampling import number_steps, steps
 
 _SAME_POINT = 1e-6  # [m]

@@ -91,8 +91,7 @@ class CheckedShape:
     @cached_property
     def corners(self) -> Array:
         """Return its corners (m, 2), counter-clockwise [m]; read-only."""
-        corners: Array = locked(corners_of(self.shape))
-        return corners
+        return locked(corners_of(self.shape))
 
     @cached_property
     def pieces(self) -> list[Array]:

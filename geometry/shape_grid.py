@@ -31,6 +31,7 @@ class Body(NamedTuple):
     Attributes:
         corners: (k, 2) of all pieces [m]; starts: (pieces + 1,) where each begins.
         middle, half: (2,) of its bounding box; middles, halves: (pieces, 2) of those of the pieces [m].
+        pieces: number of them.
     """
 
     corners: Array2
@@ -39,6 +40,7 @@ class Body(NamedTuple):
     half: Array1
     middles: Array2
     halves: Array2
+    pieces: int
 
     @classmethod
     def of(cls, *pieces: ArrayLike) -> Body:
@@ -48,15 +50,10 @@ class Body(NamedTuple):
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         middles, halves = 0.5 * boxes.sum(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
         box = 0.5 * (low + high), 0.5 * (high - low)
-        return locked_record(cls, np.concatenate(rings), _starts(rings), *box, middles, halves)
+        return locked_record(cls, np.concatenate(rings), _starts(rings), *box, middles, halves, len(rings))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return locked_record, (Body, *self)
-
-    @property
-    def pieces(self) -> int:
-        """Number of pieces."""
-        return len(self.starts) - 1
 
     def trailing(self, direction: int) -> Array:
         """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalStatus
 from geometry import InputError, Pose2
-from geometry.angles import degrees_hint
+from geometry.pose import degrees_hint
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController

@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from geometry import Area, ReferencePath
-from geometry.extras import check_extra
+from geometry.errors import check_extra
 from geometry.walls import PartLines
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geometry.extras import check_extra
+from geometry.errors import check_extra
 
 # At the door of all modules here, and of the command line, which imports them.
 check_extra("sim", "the command line, pictures and tables need", "rich", "pandas", "matplotlib", "jinja2")

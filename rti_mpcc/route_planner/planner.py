@@ -19,8 +19,8 @@ from time import perf_counter
 import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
-from geometry.angles import degrees_hint
 from geometry.arrays import Array
+from geometry.pose import degrees_hint
 from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready

@@ -6,8 +6,8 @@ The variables are changes of the curvatures and lengths of its segments (`curvat
            + w_b sum (distance from a given line)²
 
 so that the last pose, which changes by (R3), is the goal, and curvature and slope keep to their limits.
-Half-planes to all that is near come from geometry.flanks, anew in each iteration; at the end Newton steps of
-least norm take away the remaining error at the goal.
+Half-planes to all that is near come from geometry.contacts, anew in each iteration; at the end Newton steps
+of least norm take away the remaining error at the goal.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Mask
-from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, no_contacts
-from geometry.flanks import FLANKS, solid_contacts
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, FLANKS, no_contacts, solid_contacts
 from rti_mpcc.qp.solver import DenseQp, solve_once
 from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, Traced, slopes_of, traced
 from rti_mpcc.route_planner.problem import CHECK, RouteProblem

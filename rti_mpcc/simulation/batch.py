@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from geometry.extras import check_extra
+from geometry.errors import check_extra
 from rti_mpcc.errors import InputError
 from rti_mpcc.kernels import prepare_process
 from rti_mpcc.simulation.closed_loop import Controller, driver_of, simulate

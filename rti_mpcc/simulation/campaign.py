@@ -18,7 +18,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from geometry.extras import check_extra
+from geometry.errors import check_extra
 from geometry.files import RECORDING, content, from_json
 from rti_mpcc.errors import CampaignError, InputError
 from rti_mpcc.simulation.batch import Case, DrivenCase, checked_jobs, drive, joblib

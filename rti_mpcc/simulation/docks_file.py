@@ -14,7 +14,7 @@ from pydantic import Field
 
 from estimation import CharucoBoard
 from geometry import Area, Pose2
-from geometry.angles import degrees_hint
+from geometry.pose import degrees_hint
 from rti_mpcc.config import Vehicle
 from rti_mpcc.mission import Dock, DockKind, Straight
 from rti_mpcc.model.footprint import body_of

@@ -18,8 +18,8 @@ from pydantic import Field
 
 from estimation import GoalFilterConfig
 from geometry import Area, Corridor, InputError, Pose2, ReferencePath
-from geometry.angles import degrees_hint
-from geometry.extras import check_extra
+from geometry.errors import check_extra
+from geometry.pose import degrees_hint
 from rti_mpcc.config import ActuatorModel, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.course.docking_time import config_for_docking_time
 from rti_mpcc.errors import ScenarioError

@@ -11,7 +11,7 @@ from math import hypot, inf, pi, radians
 import numpy as np
 
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
-from geometry.angles import degrees_hint
+from geometry.pose import degrees_hint
 from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.model.footprint import clearances

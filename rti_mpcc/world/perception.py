@@ -17,7 +17,7 @@ from estimation import Frame, GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.goal_filter import CLOCK_SKEW
 from estimation.measurement import LATEST
 from geometry import PathPart, Pose2, ReferencePath
-from geometry.angles import degrees_hint
+from geometry.pose import degrees_hint
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import BAD_INPUT, RtiMpccError
 from rti_mpcc.model.actuators import UNDISTURBED, Disturbance

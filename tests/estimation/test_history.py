@@ -5,7 +5,7 @@ from math import inf, nan, pi
 import pytest
 
 from estimation import PoseHistory
-from estimation.history import GAP
+from estimation.vehicle_filter import GAP
 from geometry import Pose2, wrap
 
 AT = Pose2(1.0, 2.0, 0.5)

@@ -9,8 +9,17 @@ import pytest
 import shapely
 
 from geometry.arrays import Array
-from geometry.contacts import ACROSS, AT_Y, no_contacts
-from geometry.flanks import END_LEFT, END_RIGHT, FLANKS, LEFT, RIGHT, solid_contacts
+from geometry.contacts import (
+    ACROSS,
+    AT_Y,
+    END_LEFT,
+    END_RIGHT,
+    FLANKS,
+    LEFT,
+    RIGHT,
+    no_contacts,
+    solid_contacts,
+)
 from geometry.shape_grid import Body, ShapeGrid
 from tests.geometry.convex_shapes import BODY, FRONT, REAR, between, check_slopes, drawn, placed
 from tests.geometry.sides import Contacts
