@@ -202,7 +202,7 @@ def _profiled_time(cruise: _Cruise, config: ControllerConfig) -> float:
 
 
 def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
-    """What the arrival takes [s], (T4) of `ocp.end_time`."""
+    """What the arrival takes [s], (T4) of `ocp.stage_cost`."""
     (_, state, left, profile), config = cruise, mpcc.config
     ends = _profiled_time(cruise, config)
     times = stage_times(0.0, stage_lengths(ends, config.cycle, config.stages))
