@@ -39,7 +39,7 @@ from rti_mpcc.ocp.frenet import (
     world_to_local,
 )
 from rti_mpcc.ocp.horizon import Grid, PlanArrays, PlanStages, distances, read_only, shift
-from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised, Target, goal_on, path_end
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_cost import (
     FIXED_END,
@@ -50,7 +50,6 @@ from rti_mpcc.ocp.stage_cost import (
     quadratic_cost,
     stretched_times,
 )
-from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,

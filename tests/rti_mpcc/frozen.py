@@ -27,10 +27,9 @@ from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import NEAR, NO_ROWS, corridor_rows
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors, pose_in, reference_in, world_to_local
 from rti_mpcc.ocp.horizon import PlanStages
-from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
+from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights, Target
 from rti_mpcc.ocp.side_clearance import OUTWARD
 from rti_mpcc.ocp.stage_cost import FIXED_END, QuadraticCost, add_goal, end_time, quadratic_cost
-from rti_mpcc.ocp.targets import Target
 from rti_mpcc.paper import PaperObjective
 from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms, add_weight_slopes
 from rti_mpcc.qp.filling import (
