@@ -23,9 +23,7 @@ PIECES = 2
 
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame: the convex pieces of its outline, or a rectangle, see `box_of`."""
-    if vehicle.outline is None:
-        return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
-    return _outlined(vehicle.outline)
+    return box_of(vehicle, pieces) if vehicle.outline is None else _outlined(vehicle.outline)
 
 
 def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
@@ -42,12 +40,8 @@ def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
 def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
     half, low, length = 0.5 * width, -rear, front + rear
     ends = low + length * np.arange(pieces + 1) / pieces
-    body = Body.of(
-        *(
-            [(begin, -half), (end, -half), (end, half), (begin, half)]
-            for begin, end in pairwise(ends.tolist())
-        )
-    )
+    spans = pairwise(ends.tolist())
+    body = Body.of(*([(begin, -half), (end, -half), (end, half), (begin, half)] for begin, end in spans))
     return body._replace(
         middle=locked(np.array((low + 0.5 * length, 0.0))), half=locked(np.array((0.5 * length, half)))
     )
