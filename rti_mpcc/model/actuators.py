@@ -279,8 +279,7 @@ class Actuation:
 
 def waits(actuators: Actuators, cycle: float) -> tuple[int, int]:
     """Cycles that commands of drive and steering wait, so that both act at the same time."""
-    drive, steering = actuators
-    longest = max(drive.dead_time, steering.dead_time)
+    (drive, steering), longest = actuators, actuators.dead_time
     return round((longest - drive.dead_time) / cycle), round((longest - steering.dead_time) / cycle)
 
 
