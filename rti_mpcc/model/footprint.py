@@ -23,7 +23,9 @@ PIECES = 2
 
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame: the convex pieces of its outline, or a rectangle, see `box_of`."""
-    return box_of(vehicle, pieces) if vehicle.outline is None else _outlined(vehicle.outline)
+    if vehicle.outline is None:
+        return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
+    return _outlined(vehicle.outline)
 
 
 def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
