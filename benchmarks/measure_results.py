@@ -30,8 +30,8 @@ from benchmarks.tables import (
 )
 from rti_mpcc import ControllerConfig
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING
-from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.objectives import FIRM_TIME, GOAL_CLIP
+from rti_mpcc.ocp.stage_cost import LEAST_TIME
 from rti_mpcc.qp.filling import CHANGE_WEIGHT, IDLE_WEIGHT, ROW_SCALING_FROM
 from rti_mpcc.qp.pattern import BOUND_UNIT
 from rti_mpcc.qp.solver import ITERATIONS, OVER_RELAXATION, RHO
@@ -136,7 +136,7 @@ def constant_rows() -> list[list[str]]:
         ],
         ["ρ, α", "`qp.solver`", f"{RHO:g}, {OVER_RELAXATION:g}"],
         ["effort fades below [s]", "`ocp.objectives.FIRM_TIME`", f"{FIRM_TIME:g}"],
-        ["shortest time to go [s]", "`rti_mpcc.ocp.end_time.LEAST_TIME`", f"{LEAST_TIME:g}"],
+        ["shortest time to go [s]", "`rti_mpcc.ocp.stage_cost.LEAST_TIME`", f"{LEAST_TIME:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{GOAL_CLIP}"],
     ]
 

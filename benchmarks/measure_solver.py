@@ -26,10 +26,9 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.qp.filling import QpValues
-from rti_mpcc.qp.interior_point import solve_by_interior_point
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.qp.solver import CHECK_INTERVAL, OVER_RELAXATION, RHO
+from rti_mpcc.qp.solver import CHECK_INTERVAL, OVER_RELAXATION, RHO, solve_by_interior_point
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.types import Array
 

@@ -36,8 +36,8 @@ def names_of(command: Any) -> tuple[str, ...]:
 
 def scripted_clock(cycle: int) -> Any:
     """The decisions of a cycle about its deadline, by the cycle's number instead of the time."""
-    from rti_mpcc.clock import TIME_IS_UP, Decisions, PlayedBack
-    from rti_mpcc.qp.solution import Stop
+    # Stop, too, from there: it was in another module at former commits.
+    from rti_mpcc.clock import TIME_IS_UP, Decisions, PlayedBack, Stop  # type: ignore[attr-defined]
 
     few = cycle % 7 == 3  # a cycle with one iteration
     decisions = Decisions(granted=(True,) * (1 if few else 40), late=cycle % 97 == 60)

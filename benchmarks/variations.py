@@ -74,7 +74,7 @@ VARIATIONS = (
         "half-planes of far boundaries stay in the QP",
         "docking_behind",
         patches={
-            "rti_mpcc.ocp.stage_contacts.NEAR": 1e3,
+            "rti_mpcc.ocp.corridor_rows.NEAR": 1e3,
             "rti_mpcc.controller.corridor_rows": partial(corridor_rows, near=1e3),
         },
     ),

@@ -11,8 +11,7 @@ from math import inf
 from time import perf_counter
 
 from rti_mpcc.config import EXIT
-from rti_mpcc.qp.solution import Stop
-from rti_mpcc.qp.solver import Ends
+from rti_mpcc.qp.solver import Ends, Stop
 
 TIME_IS_UP = "run time limit reached"
 

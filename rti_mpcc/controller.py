@@ -28,8 +28,8 @@ from rti_mpcc.ocp.corridor_rows import (
     free_response,
     margin_deficit,
     relaxed_bounds,
+    stage_contacts,
 )
-from rti_mpcc.ocp.end_time import FIXED_END, LEAST_TIME, end_time, stretched_times
 from rti_mpcc.ocp.frenet import (
     LocalFrame,
     frenet_errors,
@@ -39,11 +39,17 @@ from rti_mpcc.ocp.frenet import (
     world_to_local,
 )
 from rti_mpcc.ocp.horizon import Grid, PlanArrays, PlanStages, distances, read_only, shift
-from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised, Target, goal_on, path_end
 from rti_mpcc.ocp.side_clearance import SideClearance
-from rti_mpcc.ocp.stage_contacts import stage_contacts
-from rti_mpcc.ocp.stage_cost import add_goal, add_residual, quadratic_cost
-from rti_mpcc.ocp.targets import Target, goal_on, path_end
+from rti_mpcc.ocp.stage_cost import (
+    FIXED_END,
+    LEAST_TIME,
+    add_goal,
+    add_residual,
+    end_time,
+    quadratic_cost,
+    stretched_times,
+)
 from rti_mpcc.qp.filling import (
     IDLE_WEIGHT,
     ROW_SCALING_FROM,
@@ -58,8 +64,7 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solution import QpSolution
-from rti_mpcc.qp.solver import Ends, QpSolver
+from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Objective, Trajectory
 
 

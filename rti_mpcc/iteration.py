@@ -9,7 +9,7 @@ from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frenet import LocalFrame
 from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.types import Array, Trajectory
 
 FIRST_DAMPING = 1e-2  # on the change, from a first guess on (docs/decisions/05-damping-and-curvature.md)

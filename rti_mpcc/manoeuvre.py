@@ -15,8 +15,7 @@ from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
 from geometry.settings import replaced
 from geometry.validation import Validated, validate, validated
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Target
 
 WHOLE_TOLERANCE = 1.0
 """Least length of a segment whose end has the whole tolerance of a cusp [m]; a shorter one has a share."""

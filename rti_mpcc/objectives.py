@@ -11,10 +11,10 @@ from rti_mpcc.ocp.objectives import (
     HorizonObjective,
     Linearised,
     StageWeights,
+    Target,
     goal_pull,
 )
 from rti_mpcc.ocp.stage_cost import Residual
-from rti_mpcc.ocp.targets import Target
 
 __all__ = [
     "DELTA",

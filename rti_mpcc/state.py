@@ -13,8 +13,7 @@ from typing import Self
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd, Segments
-from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective, Target
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 from rti_mpcc.world.world import World
 

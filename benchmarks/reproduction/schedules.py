@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from benchmarks.reproduction.content import Picture, Section, say
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.objectives import StageWeights, Target, TargetKind
 from rti_mpcc.paper import PaperObjective
 from rti_mpcc.paper.objective import DynamicContouring
 from rti_mpcc.report import draw

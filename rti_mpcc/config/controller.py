@@ -153,24 +153,16 @@ class ControllerConfig(Settings):
         return self
 
     @model_validator(mode="after")
-    def _follow_short_form(self) -> Self:
-        """Put a given `dead_time` into `actuators`. Both are the same afterwards."""
+    def _complete(self) -> Self:
+        """Fill in what follows from other settings."""
+        # A given `dead_time` goes into `actuators`; both are the same afterwards.
         if "dead_time" in self.model_fields_set:
             object.__setattr__(self, "actuators", replaced(self.actuators, dead_time=self.dead_time))
             self.model_fields_set.add("actuators")
             self.model_fields_set.discard("dead_time")
         object.__setattr__(self, "dead_time", self.actuators.dead_time)
-        return self
-
-    @model_validator(mode="after")
-    def _in_proportion(self) -> Self:
-        """Scale the clearances that were not given to the vehicle's size."""
+        # Clearances that were not given are in proportion to the vehicle's size.
         object.__setattr__(self, "clearance", self.clearance.of_size(self.size))
-        return self
-
-    @model_validator(mode="after")
-    def _in_time(self) -> Self:
-        """Take the deadline from the cycle where none was given."""
         if "deadline" not in self.model_fields_set:
             least = min(SHORT_SHARE * self.cycle, SHORT_DEADLINE)
             object.__setattr__(self, "deadline", max(DEADLINE_SHARE * self.cycle, least))

@@ -17,7 +17,7 @@ has a cubic up to that speed and one down from it. On each of them, V the speed 
 
 Where the comfortable speed changes, (T3) with V(theta) the lower of the pace and the peak of (T1) is driven
 forwards from the present speed and backwards from rest: not the least energy, but (T1) where the pace is
-nowhere below that peak. How long an arrival takes in the end the QP finds: (T4), `rti_mpcc.ocp.end_time`.
+nowhere below that peak. How long an arrival takes in the end the QP finds: (T4), `rti_mpcc.ocp.stage_cost`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import numpy as np
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.speed_profile import ComfortSpeeds
-from rti_mpcc.ocp.end_time import LEAST_TIME
+from rti_mpcc.ocp.stage_cost import LEAST_TIME
 from rti_mpcc.types import Array
 
 WAITING_REACH = 30.0

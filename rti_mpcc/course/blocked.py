@@ -15,7 +15,7 @@ from rti_mpcc.course.guess import Course, along_course
 from rti_mpcc.course.schedule import TARGET_MOVED
 from rti_mpcc.course.transitions import SEEKING, onto_course
 from rti_mpcc.model.layout import POSE, THETA
-from rti_mpcc.ocp.targets import Target, apart
+from rti_mpcc.ocp.objectives import Target, apart
 from rti_mpcc.state import ControllerState, Phase, PlannedStop
 from rti_mpcc.types import Array
 

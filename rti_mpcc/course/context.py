@@ -26,9 +26,8 @@ from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
-from rti_mpcc.ocp.objectives import GOAL_CLIP
+from rti_mpcc.ocp.objectives import GOAL_CLIP, Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.ocp.side_clearance import side_clearance_along, with_obstacles
-from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array, Trajectory
 from rti_mpcc.world.surroundings import warn_if_narrow

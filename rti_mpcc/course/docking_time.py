@@ -30,9 +30,8 @@ from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import ArrivalAtRest
+from rti_mpcc.ocp.objectives import ArrivalAtRest, Target, goal_on, path_end
 from rti_mpcc.ocp.side_clearance import side_clearance_along
-from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.types import Array, Trajectory
 
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
@@ -202,7 +201,7 @@ def _profiled_time(cruise: _Cruise, config: ControllerConfig) -> float:
 
 
 def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
-    """What the arrival takes [s], (T4) of `ocp.end_time`."""
+    """What the arrival takes [s], (T4) of `ocp.stage_cost`."""
     (_, state, left, profile), config = cruise, mpcc.config
     ends = _profiled_time(cruise, config)
     times = stage_times(0.0, stage_lengths(ends, config.cycle, config.stages))

@@ -18,8 +18,8 @@ from rti_mpcc.course.arrival import cubic_motion, profiled_motion
 from rti_mpcc.course.speed_profile import ComfortSpeeds
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.ocp.side_clearance import SideClearance
-from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Trajectory
 
 FADE_DISTANCE = 12.0  # [m] over which an offset at the start or at the target fades into the path, at least

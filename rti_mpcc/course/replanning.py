@@ -25,7 +25,7 @@ from rti_mpcc.course.transitions import onto_route, without_route
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.ocp.targets import apart
+from rti_mpcc.ocp.objectives import apart
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.state import ControllerState, Phase
 from rti_mpcc.world import goal_setpoint

@@ -11,9 +11,8 @@ from rti_mpcc.course.arrival import paced_time, within_reach
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import THETA, V
-from rti_mpcc.ocp.end_time import LEAST_TIME
-from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
-from rti_mpcc.ocp.targets import apart
+from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective, apart
+from rti_mpcc.ocp.stage_cost import LEAST_TIME
 from rti_mpcc.state import Arrival, ControllerState, Phase
 
 LATE_REACH = 2.0  # [m] from its target: nearer, an arrival that is held up keeps its latest end

@@ -12,7 +12,7 @@ from rti_mpcc.drive import search
 from rti_mpcc.drive.search import ITERATIONS, SqpResult
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import V
-from rti_mpcc.ocp.targets import apart
+from rti_mpcc.ocp.objectives import apart
 from rti_mpcc.state import ControllerState, SuspendedSearch
 from rti_mpcc.world.goals import GOAL_MOVED
 

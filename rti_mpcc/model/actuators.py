@@ -27,7 +27,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from math import atan, exp, isfinite, tan
 from operator import attrgetter
 from typing import NamedTuple, Self
@@ -117,11 +116,10 @@ def roll_forward(
         config: with the wheelbase, and the mechanical stop of the steering.
         disturbance: what acts besides, see (O4); all states have the steering that is measured.
     """
-    columns = len(QueuedCommand._fields)
-    numbers = np.fromiter(chain.from_iterable(queue), np.float64, columns * len(queue))
+    commands = np.array(queue, np.float64).reshape(-1, len(QueuedCommand._fields))
     reached, most, wheelbase = states.copy(), config.limits.steering, config.vehicle.wheelbase
     rows = reached.reshape(-1, STATES)
-    _roll_forward(numbers.reshape(-1, columns), (now, until), disturbance, most, wheelbase, rows)
+    _roll_forward(commands, (now, until), disturbance, most, wheelbase, rows)
     return reached
 
 
@@ -281,8 +279,7 @@ class Actuation:
 
 def waits(actuators: Actuators, cycle: float) -> tuple[int, int]:
     """Cycles that commands of drive and steering wait, so that both act at the same time."""
-    drive, steering = actuators
-    longest = max(drive.dead_time, steering.dead_time)
+    (drive, steering), longest = actuators, actuators.dead_time
     return round((longest - drive.dead_time) / cycle), round((longest - steering.dead_time) / cycle)
 
 

@@ -42,12 +42,8 @@ def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
 def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
     half, low, length = 0.5 * width, -rear, front + rear
     ends = low + length * np.arange(pieces + 1) / pieces
-    body = Body.of(
-        *(
-            [(begin, -half), (end, -half), (end, half), (begin, half)]
-            for begin, end in pairwise(ends.tolist())
-        )
-    )
+    spans = pairwise(ends.tolist())
+    body = Body.of(*([(begin, -half), (end, -half), (end, half), (begin, half)] for begin, end in spans))
     return body._replace(
         middle=locked(np.array((low + 0.5 * length, 0.0))), half=locked(np.array((0.5 * length, half)))
     )

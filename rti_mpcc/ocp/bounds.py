@@ -85,7 +85,10 @@ def stage_bounds(
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
     limits = config.limits
-    faster = 1.0 if change is None or change.left == inf else _faster(change, config)
+    faster = 1.0
+    if change is not None and change.left != inf:  # (J4): an arrival comes back from it within comfort
+        needed = float(change.stages.states[0, V]) ** 2 / (2.0 * max(change.left, PASSED_DISTANCE))
+        faster = sqrt(max(min(needed, config.firm_deceleration) / config.comfort_acceleration, 1.0))
     planned = faster**2 * config.planned_acceleration
     most = np.full(config.stages, limits.speed) if most is None else np.minimum(limits.speed, most)
     inputs = limits.steering, limits.acceleration, limits.steering_rate
@@ -101,12 +104,6 @@ def stage_bounds(
             config.comfort.steering_rate if config.weights.comfort[2] > 0.0 else inf,
         )
     return bounds
-
-
-def _faster(change: Change, config: ControllerConfig) -> float:
-    """f of (J4); within what an arrival comes back from it is comfort's."""
-    needed = float(change.stages.states[0, V]) ** 2 / (2.0 * max(change.left, PASSED_DISTANCE))
-    return sqrt(max(min(needed, config.firm_deceleration) / config.comfort_acceleration, 1.0))
 
 
 @kernel

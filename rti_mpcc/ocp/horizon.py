@@ -144,10 +144,10 @@ def _share(own: Array, k: int, time: float) -> float:
     return min(max(share, 0.0), 1.0)
 
 
-@inner
-def _fill_states(
-    own: Array, states: Array, controls: Array, times: Array, wheelbase: float, found: Array
-) -> None:
+@kernel
+def interpolated(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
+    """What `states_at` returns, of a plan with the times `own` (N+1,)."""
+    found = np.empty((len(times), STATES))
     last, k = len(own) - 1, 0
     for i in range(len(times)):
         while k < last - 1 and own[k + 1] <= times[i]:
@@ -165,10 +165,14 @@ def _fill_states(
             found[i, X] += beyond * found[i, V] * cos(found[i, PHI])
             found[i, Y] += beyond * found[i, V] * sin(found[i, PHI])
             found[i, THETA] += beyond * controls[last - 1, THETA_DOT]
+    return found
 
 
-@inner
-def _fill_controls(own: Array, controls: Array, times: Array, mean: Array) -> None:
+@kernel
+def _resample(
+    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float
+) -> tuple[Out2, Out2]:
+    mean = np.empty((len(times) - 1, CONTROLS))
     last, k = len(own) - 1, 0
     gone = np.zeros(CONTROLS)  # integrals up to stage k, up to the time before and up to this one
     before, here = np.zeros(CONTROLS), np.zeros(CONTROLS)
@@ -185,24 +189,7 @@ def _fill_controls(own: Array, controls: Array, times: Array, mean: Array) -> No
             if i > 0:
                 mean[i - 1, j] = (here[j] - before[j]) / (times[i] - times[i - 1])
             before[j] = here[j]
-
-
-@kernel
-def interpolated(own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float) -> Out2:
-    """What `states_at` returns, of a plan with the times `own` (N+1,)."""
-    found = np.empty((len(times), STATES))
-    _fill_states(own, states, controls, times, wheelbase, found)
-    return found
-
-
-@kernel
-def _resample(
-    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float
-) -> tuple[Out2, Out2]:
-    found, mean = np.empty((len(times), STATES)), np.empty((len(times) - 1, CONTROLS))
-    _fill_states(own, states, controls, times, wheelbase, found)
-    _fill_controls(own, controls, times, mean)
-    return found, mean
+    return interpolated(own, states, controls, times, wheelbase), mean
 
 
 def read_only(*arrays: Array) -> None:

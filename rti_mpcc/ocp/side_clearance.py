@@ -3,8 +3,8 @@
 (P2)  room = (rho + rho')/2,   v <= speed + max(room - d_min, 0) / reaction_time
 
 with the gaps rho, rho' between a body on the path and two opposing walls, `speed` = `NARROW_SPEED` and
-`reaction_time` = `REACTION_TIME`. An obstacle that leaves a body on the
-path no gap at all is passed on its other side, and does not count.
+`reaction_time` = `REACTION_TIME`. An obstacle that leaves a body on the path no gap at all is passed on its
+other side, and does not count.
 """
 
 from __future__ import annotations

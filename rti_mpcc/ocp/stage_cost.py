@@ -6,6 +6,22 @@
                q_w (delta_N - wheels)² where the next segment starts with such an angle
 (C4)  comfort:  q_comfort e² for f = a_lat of a stage, a and delta_dot of a control, beyond the clip linear;
                 e = max(0, |f| - f_comfort) rounded off: e = f_s log(1 + exp((|f| - f_comfort) / f_s))
+
+The end T of a plan that arrives at rest is a variable of the QP, and has a cost, too:
+
+(T4)  J = sum over stages of h_k E_k + w_T T,   E_k the cost of effort and comfort of stage k a second.
+
+With E = w_a a² and a free end the Hamiltonian is 0 at the end: a straight arrival ends at a² = w_T / w_a. So
+w_T = w_a a_planned² asks for an end at the planned acceleration, whatever the speed at its start, and bends,
+narrow places and comfort set T by themselves.
+
+All stages but the first, which lasts a cycle, are stretched alike, h_k' = h_k / (T - h_0):
+
+(T5)  F_T = h_k' f(z_k+1, u_k),   dJ/dT = w_T + sum of h_k' E_k,   d²J/dT² = 2 / (T - h_0)² sum of h_k E_k,
+
+f being (M1). The progress keeps to its stages: its rate is scaled with them, so that what holds the progress
+does not hold T. The curvature is what keeps a full step from overshooting: over a given way the effort goes
+with 1 / T³.
 """
 
 from __future__ import annotations
@@ -15,10 +31,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
+from geometry.compiled import Array1, Array2, Array3, Out1, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort
+from rti_mpcc.model.bicycle import pose_rate
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
+from rti_mpcc.ocp.horizon import PlanStages
 from rti_mpcc.ocp.objectives import GOAL_CLIP, ComfortWeights, StageWeights
 from rti_mpcc.types import Array
 
@@ -30,6 +48,10 @@ COMFORT_CLIP = 0.1
 the corridor and the goal."""
 NOTHING_LEFT = -6.0
 """In units of f_s of (C4): this far below comfort the residual is 0.0025 f_s, and left out."""
+LEAST_TIME = 1.0
+"""To go, at least: closer in, the plan always ends this far ahead [s]."""
+LARGEST_CHANGE = 0.1
+"""Of T, in one iteration."""
 
 
 class QuadraticCost(NamedTuple):
@@ -146,14 +168,6 @@ def _excess(value: float, weight: float, most: float) -> tuple[float, float, flo
     return weight * COMFORT_CLIP / max(excess, COMFORT_CLIP), excess, slope if value > 0.0 else -slope
 
 
-@inner
-def excess_cost(value: float, weight: float, most: float) -> float:
-    """What a value beyond `most` costs, (C4)."""
-    clipped, excess, _ = _excess(value, weight, most)
-    cost: float = clipped * excess * excess
-    return cost
-
-
 @kernel
 def _quadratic_cost(
     states: Array2, controls: Array2, weights: Array2, beyond: ComfortWeights, comfort: Comfort,
@@ -161,47 +175,28 @@ def _quadratic_cost(
 ) -> QuadraticCost:  # fmt: skip
     """(C2) and (C4), `weights` (4, N) on the squares of the controls, and of the progress' reward."""
     hessian, gradient = np.zeros((len(states), STATES, STATES)), np.zeros((len(states), STATES))
-    _add_lateral_excess(
-        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
-    )
-    on_controls, by_controls = _control_cost(controls, weights, beyond, comfort)
-    return QuadraticCost(hessian, gradient, on_controls, by_controls)
-
-
-@inner
-def _add_lateral_excess(
-    states: Array, weights: Array, most: float, wheelbase: float, hessian: Array, gradient: Array
-) -> None:
-    """The lateral acceleration beyond comfort, (C4)."""
     slopes = np.zeros(STATES)
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
-        lateral = v * v * tangent / wheelbase
-        weight, excess, slope = _excess(lateral, weights[k], most)
+        lateral, on_excess = v * v * tangent / wheelbase, beyond.lateral_acceleration[k]
+        weight, excess, slope = _excess(lateral, on_excess, comfort.lateral_acceleration)
         slopes[V] = slope * (2.0 * v * tangent / wheelbase)
         slopes[DELTA] = slope * (v * v * (1.0 + tangent * tangent) / wheelbase)
         add_square(hessian, gradient, k, weight, excess, slopes)
-
-
-@inner
-def _control_cost(
-    controls: Array, weights: Array, beyond: ComfortWeights, comfort: Comfort
-) -> tuple[Array, Array]:
-    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
-    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
+    on_controls, by_controls = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         for j in range(CONTROLS):
-            hessian[k, j] = 2.0 * weights[j, k]
-            gradient[k, j] = hessian[k, j] * controls[k, j]
-        gradient[k, THETA_DOT] -= weights[CONTROLS, k]
+            on_controls[k, j] = 2.0 * weights[j, k]
+            by_controls[k, j] = on_controls[k, j] * controls[k, j]
+        by_controls[k, THETA_DOT] -= weights[CONTROLS, k]
         for j, on_excess, most in (
             (A, beyond.acceleration[k], comfort.acceleration),
             (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),
         ):
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
-            gradient[k, j] += 2.0 * weight * excess * slope
-            hessian[k, j] += 2.0 * weight * slope**2
-    return hessian, gradient
+            by_controls[k, j] += 2.0 * weight * excess * slope
+            on_controls[k, j] += 2.0 * weight * slope**2
+    return QuadraticCost(hessian, gradient, on_controls, by_controls)
 
 
 @kernel
@@ -219,3 +214,87 @@ def _add_goal(
             error *= share
         hessian[end, i, i] += 2.0 * weights[i]
         gradient[end, i] += 2.0 * weights[i] * error
+
+
+# -- the end of a plan, (T4) and (T5) ------------------------------------------------------------------------
+
+
+class EndTime(NamedTuple):
+    """What the QP needs of dT: (T5).
+
+    Attributes:
+        stretches: (N, 5) F_T, of x, y, phi, v, delta [1/s].
+        gradient, curvature: of J; least, most: bounds on dT [s].
+    """
+
+    stretches: Out2
+    gradient: float
+    curvature: float
+    least: float
+    most: float
+
+
+FIXED_END = EndTime(np.empty((0, 5)), 0.0, 0.0, 0.0, 0.0)
+"""Where dT = 0."""
+
+
+def end_time(
+    stages: PlanStages,
+    reached: Array,
+    weights: StageWeights,
+    comfort: Comfort,
+    wheelbase: float,
+    latest: float,
+) -> EndTime:
+    """(T5) about a plan.
+
+    Args:
+        reached: (N, 6) ends of the stages; latest: that the plan may take [s].
+    """
+    lengths, on_controls = stages.lengths, np.array((weights.acceleration, weights.steering_rate))
+    total = float(lengths.sum())
+    stretches, effort = _stretched(stages, reached, on_controls, weights.comfort, comfort, wheelbase)
+    rest = total - float(lengths[0])
+    least = min(max(-LARGEST_CHANGE * total, LEAST_TIME - total), 0.0)
+    longest = min(LARGEST_CHANGE * total, max(latest - total, least))
+    return EndTime(stretches, weights.time + effort / rest, 2.0 * effort / rest**2, least, longest)
+
+
+@inner
+def _excess_cost(value: float, weight: float, most: float) -> float:
+    """What a value beyond `most` costs, (C4)."""
+    clipped, excess, _ = _excess(value, weight, most)
+    cost: float = clipped * excess * excess
+    return cost
+
+
+@kernel
+def _stretched(
+    stages: PlanStages, reached: Array2, on_controls: Array2, beyond: ComfortWeights, comfort: Comfort,
+    wheelbase: float,
+) -> tuple[Out2, float]:  # fmt: skip
+    """F_T, and the sum of h_k E_k over all stages but the first; `on_controls` (2, N): a and delta_dot."""
+    states, controls, lengths = stages
+    stretches, effort, rest = np.zeros((len(lengths), 5)), 0.0, np.sum(lengths[1:])
+    for k in range(1, len(lengths)):
+        a, rate, v = controls[k, A], controls[k, DELTA_DOT], states[k, V]
+        dx, dy, turn = pose_rate(reached[k], wheelbase)
+        share = lengths[k] / rest
+        stretches[k, X], stretches[k, Y], stretches[k, PHI] = share * dx, share * dy, share * turn
+        stretches[k, V], stretches[k, DELTA] = share * a, share * rate
+        effort += on_controls[A, k] * a * a + on_controls[DELTA_DOT, k] * rate * rate
+        effort += _excess_cost(a, beyond.acceleration[k], comfort.acceleration)
+        effort += _excess_cost(rate, beyond.steering_rate[k], comfort.steering_rate)
+        lateral = v * v * tan(states[k, DELTA]) / wheelbase
+        effort += _excess_cost(lateral, beyond.lateral_acceleration[k], comfort.lateral_acceleration)
+    return stretches, effort
+
+
+@kernel
+def stretched_times(begin: float, lengths: Array1, change: float) -> Out1:
+    """Times (N+1,) [s] of the stages' ends from `begin` [s] on, with T changed by so much [s]."""
+    times, factor = np.empty(len(lengths) + 1), 1.0 + change / np.sum(lengths[1:])
+    times[0], times[1] = begin, begin + lengths[0]
+    for k in range(1, len(lengths)):
+        times[k + 1] = times[k] + factor * lengths[k]
+    return times

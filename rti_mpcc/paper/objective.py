@@ -26,11 +26,13 @@ from rti_mpcc.ocp.objectives import (
     Contouring,
     HorizonObjective,
     Linearised,
+    Target,
+    TargetKind,
     comfort_weights,
     goal_pull,
     stage_share,
+    stop_on,
 )
-from rti_mpcc.ocp.targets import Target, TargetKind, stop_on
 from rti_mpcc.paper.terms import PaperWeights, WeightSlopes, add_paper_terms, add_weight_slopes, walls_of
 from rti_mpcc.types import Array, Objective
 
@@ -54,7 +56,7 @@ class SpeedProfile(Settings):
 
     def speeds(self, target: Target, theta: Array) -> Array:
         """Highest speeds at progress `theta` (n,) [m]."""
-        final = max(self.final, self.behind * sqrt(2.0 * self.deceleration * max(target.behind, 0.0)))
+        final = max(self.final, self.behind * sqrt(2.0 * self.deceleration * target.behind))
         left = np.maximum(target.stop - theta, 0.0)
         found: Array = np.sqrt(final * final + 2.0 * self.deceleration * left)
         return found

@@ -17,9 +17,8 @@ from rti_mpcc.model.bicycle import ModelStep
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
-from rti_mpcc.ocp.end_time import EndTime
 from rti_mpcc.ocp.horizon import PlanStages
-from rti_mpcc.ocp.stage_cost import QuadraticCost
+from rti_mpcc.ocp.stage_cost import EndTime, QuadraticCost
 from rti_mpcc.qp.pattern import (
     BOUND_UNIT,
     BOUNDED,

@@ -59,7 +59,7 @@ KEPT = np.array([X, Y, V, DELTA, THETA])
 DRIVEN = np.array([V, DELTA, THETA])
 """States that the controls change at the rate 1."""
 STRETCHED = np.array([X, Y, PHI, V, DELTA])
-"""States that change with the length of their stage; the progress keeps to its stages (`ocp.end_time`)."""
+"""States that change with the length of their stage; the progress keeps to its stages (`ocp.stage_cost`)."""
 
 
 class QpPattern(NamedTuple):

@@ -31,7 +31,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission, DriveTo
 from rti_mpcc.mission.step import STEPS, Signal, Step
-from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.types import Array, Command, Obstacle, VehicleState
 from rti_mpcc.version import Machine
 

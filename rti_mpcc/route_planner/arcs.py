@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from math import ceil, cos, sin
+from typing import Final
 
 import numpy as np
 
 from geometry.arrays import Array, Mask
 from geometry.compiled import Array1, Array2, Out2, inner, kernel
 
+NO_LENGTH: Final = 1e-9
+"""[m] what is shorter is nothing; curvatures that are nearer to one another [1/m] are the same."""
 _ALONE = 0.5  # of the longest window: length of a long arc that is left to its neighbours
 _EARLIEST = 0.5  # of the longest window: no cut between two windows is nearer to the start of the first
-_NOTHING = 1e-9  # [m], [1/m] a shorter arc is none, curvatures nearer to one another are the same
 
 
 @inner
@@ -52,9 +54,9 @@ def merge_arcs(route: Array) -> Array:
     """The same route with equal neighbours merged, and without arcs of no length."""
     merged: list[list[float]] = []
     for length, curvature in route.tolist():
-        if abs(length) < _NOTHING:
+        if abs(length) < NO_LENGTH:
             continue
-        if merged and merged[-1][0] * length > 0.0 and abs(merged[-1][1] - curvature) < _NOTHING:
+        if merged and merged[-1][0] * length > 0.0 and abs(merged[-1][1] - curvature) < NO_LENGTH:
             merged[-1][0] += length
         else:
             merged.append([length, curvature])

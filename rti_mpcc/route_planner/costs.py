@@ -16,13 +16,11 @@ from geometry.compiled import IndexOut1, Out1, Out2, copy_rows, inner
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import Body, BodyFrame, ShapeGrid, cells_around, in_frame, is_off, seen_from
-from rti_mpcc.route_planner.arcs import pose_after
+from rti_mpcc.route_planner.arcs import NO_LENGTH, pose_after
 from rti_mpcc.route_planner.tree import MOST_TARGETS
 
 ARC: Final = 0.16
 """Length of the arcs of the search, in radii of the sharpest bend."""
-NO_LENGTH: Final = 1e-9
-"""[m] what is shorter is nothing."""
 
 
 class Terms(NamedTuple):

@@ -24,11 +24,10 @@ from geometry.arrays import Array
 from geometry.compiled import IndexOut1, Out1, Out2, copy_rows, inner, kernel
 from geometry.reeds_shepp import PIECES
 from geometry.shape_grid import Body, ShapeGrid
-from rti_mpcc.route_planner.arcs import pose_after
+from rti_mpcc.route_planner.arcs import NO_LENGTH, pose_after
 from rti_mpcc.route_planner.cost_to_go import CostToGo, cost_at
 from rti_mpcc.route_planner.costs import (
     ARC,
-    NO_LENGTH,
     SearchWorkspace,
     Terms,
     cheapest_curve,

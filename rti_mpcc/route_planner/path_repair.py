@@ -23,7 +23,7 @@ from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.arcs import poses_after, split_arcs
+from rti_mpcc.route_planner.arcs import NO_LENGTH, poses_after, split_arcs
 from rti_mpcc.route_planner.drivable import DrivableRoute, make_drivable
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.route_planner.problem import RouteProblem
@@ -32,7 +32,6 @@ _SPACING = 0.1  # [m] between the poses at which clearances and distances from t
 _ROUNDED = 1.0 + 1e-6  # the largest curvature, times this, can be driven
 _NODES = 10_000  # of a search past obstacles: where there is a route in one go it is found soon
 _BISECTIONS = 3  # of the clearance, between the hard minimum and the margin
-_SHORTEST = 1e-9  # [m]: a shorter arc is none
 
 Span = tuple[float, float]
 """Progress [m] of a place on a path, from and to."""
@@ -229,7 +228,7 @@ class _Repair:
 
 def _arcs_between(part: PathPart, start: float, end: float) -> Array:
     starts, ends = np.maximum(part.knots[:-1], start), np.minimum(part.knots[1:], end)
-    there = ends - starts > _SHORTEST * min(end - start, 1.0)
+    there = ends - starts > NO_LENGTH * min(end - start, 1.0)
     return np.column_stack([part.direction * (ends - starts)[there], part.curvatures[there]])
 
 

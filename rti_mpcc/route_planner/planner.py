@@ -64,8 +64,7 @@ def plan_manoeuvre(
     ends in the goal, on the end of which the vehicle stands.
 
     Args:
-        start: pose of the rear axle.
-        goal: pose of the rear axle.
+        start, goal: poses of the rear axle.
         area: without a boundary it reaches 15 m beyond all that is given.
         config: of the vehicle, its limits, and `ControllerConfig.route`.
     """

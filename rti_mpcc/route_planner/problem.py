@@ -16,8 +16,8 @@ from geometry.arrays import Array
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.arcs import poses_after
-from rti_mpcc.route_planner.costs import ARC, NO_LENGTH, Terms
+from rti_mpcc.route_planner.arcs import NO_LENGTH, poses_after
+from rti_mpcc.route_planner.costs import ARC, Terms
 from rti_mpcc.route_planner.hybrid_astar import Roots
 
 CHECK = 0.01

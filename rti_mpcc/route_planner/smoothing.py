@@ -83,7 +83,7 @@ class Smoothing:
         route: Array,
         start: Array,
         goal: Array,
-        ends: tuple[float | None, float | None] = (None, None),
+        ends: tuple[float | None, float | None],
     ) -> None:
         self._problem, self._start, self._goal = problem, start, goal
         config, settings, clearance = problem.config, problem.config.route, problem.config.clearance

@@ -7,7 +7,7 @@ cell the cheapest one is kept, exactly.
 from __future__ import annotations
 
 from math import floor, pi
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -141,14 +141,12 @@ def enlarged(tree: Tree, expanded: int) -> Tree:
         return tree
     keys, in_cell = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.keys), np.int64)
     _copy_cells(tree.keys, tree.in_cell, keys, in_cell)
-    own = {name: getattr(tree, name) for name in ("pose", "arc", "cost", "clearance", "parent", "closed")}
-    doubled = {name: _doubled(each) for name, each in own.items()}
-    queue = Heap(_doubled(tree.queue.priority), _doubled(tree.queue.member), tree.queue.size)
+    # What the new half holds is written before it is read.
+    own = ("pose", "arc", "cost", "clearance", "parent", "closed")
+    doubled = {name: np.concatenate([getattr(tree, name)] * 2) for name in own}
+    priority, member, size = tree.queue
+    queue = Heap(np.concatenate([priority] * 2), np.concatenate([member] * 2), size)
     return tree._replace(**doubled, queue=queue, keys=keys, in_cell=in_cell)
-
-
-def _doubled(values: Any) -> Any:
-    return np.concatenate((values, np.empty_like(values)))
 
 
 @kernel

@@ -20,7 +20,7 @@ from estimation import GoalMeasurement
 from geometry import Pose2
 from geometry.pose import unchecked_pose
 from rti_mpcc.clock import TIME_IS_UP, CycleClock
-from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation.plant import SAME_TIME, PlantFault
 from rti_mpcc.simulation.sections.base import KeyProblem, Section
 from rti_mpcc.types import VehicleState

@@ -23,7 +23,7 @@ from benchmarks.reproduction.verdicts import MISSED, claims, missed_causes
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.ocp.targets import TargetKind
+from rti_mpcc.ocp.objectives import TargetKind
 from rti_mpcc.paper.objective import DynamicContouring, sigma
 
 

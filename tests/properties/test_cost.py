@@ -20,11 +20,12 @@ from rti_mpcc.ocp.objectives import (
     GOAL_CLIP,
     STAGE_LENGTH,
     StageWeights,
+    Target,
+    TargetKind,
     arrival_weights,
     contouring_weights,
 )
 from rti_mpcc.ocp.stage_cost import COMFORT_CLIP, add_goal, quadratic_cost
-from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.paper import PaperObjective, SpeedProfile
 from rti_mpcc.paper.objective import DynamicContouring, cartesian_weights, dynamic_weights, sigma
 from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed

@@ -12,7 +12,7 @@ from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.docking import DockingController
-from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue

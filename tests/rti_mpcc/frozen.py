@@ -24,15 +24,12 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
-from rti_mpcc.ocp.corridor_rows import NO_ROWS, corridor_rows
-from rti_mpcc.ocp.end_time import FIXED_END, end_time
+from rti_mpcc.ocp.corridor_rows import NEAR, NO_ROWS, corridor_rows
 from rti_mpcc.ocp.frenet import LocalFrame, frenet_errors, pose_in, reference_in, world_to_local
 from rti_mpcc.ocp.horizon import PlanStages
-from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights
+from rti_mpcc.ocp.objectives import CONTOURING, ComfortWeights, StageWeights, Target
 from rti_mpcc.ocp.side_clearance import OUTWARD
-from rti_mpcc.ocp.stage_contacts import NEAR
-from rti_mpcc.ocp.stage_cost import QuadraticCost, add_goal, quadratic_cost
-from rti_mpcc.ocp.targets import Target
+from rti_mpcc.ocp.stage_cost import FIXED_END, QuadraticCost, add_goal, end_time, quadratic_cost
 from rti_mpcc.paper import PaperObjective
 from rti_mpcc.paper.terms import SPEED_REACH, PaperWeights, SoftWalls, add_paper_terms, add_weight_slopes
 from rti_mpcc.qp.filling import (
@@ -47,8 +44,7 @@ from rti_mpcc.qp.filling import (
     fill_initial,
 )
 from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
-from rti_mpcc.qp.solution import QpSolution
-from rti_mpcc.qp.solver import QpSolver
+from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array, Complex
 from tests.geometry.sides import Contacts, contacts_of

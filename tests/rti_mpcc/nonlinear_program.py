@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.end_time import LEAST_TIME
 from rti_mpcc.ocp.frenet import pose_in
+from rti_mpcc.ocp.stage_cost import LEAST_TIME
 from rti_mpcc.paper.terms import PaperWeights
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array

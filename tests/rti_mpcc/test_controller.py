@@ -15,8 +15,7 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest
-from rti_mpcc.ocp.targets import TargetKind
+from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest, TargetKind
 from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.model_steps import step

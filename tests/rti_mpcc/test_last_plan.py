@@ -9,7 +9,7 @@ import pytest
 from rti_mpcc import Command, ControllerConfig, Source
 from rti_mpcc.clock import Decisions, PlayedBack
 from rti_mpcc.drive.fallback import PLAN_LIFE, PLAN_OFFSET
-from rti_mpcc.qp.solution import Stop
+from rti_mpcc.qp.solver import Stop
 from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Plant
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.course.arrival import WAITING_REACH, cubic_motion, peak_speed, profiled_motion, time_to_go
-from rti_mpcc.ocp.end_time import LEAST_TIME
+from rti_mpcc.ocp.stage_cost import LEAST_TIME
 from rti_mpcc.types import Array
 
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]

@@ -12,7 +12,7 @@ from rti_mpcc.model.actuators import Disturbance
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, STATES, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import TURNING_SHARE, Change, StageBounds, stage_bounds
 from rti_mpcc.ocp.horizon import PlanStages
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
 

@@ -14,10 +14,9 @@ from rti_mpcc.course.guess import Course, arrival_guess
 from rti_mpcc.course.speed_profile import speed_profile_of
 from rti_mpcc.model.bicycle import linearised_step, rollout
 from rti_mpcc.model.layout import A, V
-from rti_mpcc.ocp.end_time import LEAST_TIME, EndTime, end_time
 from rti_mpcc.ocp.horizon import PlanStages, stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import ArrivalAtRest, StageWeights, arrival_weights
-from rti_mpcc.ocp.targets import path_end
+from rti_mpcc.ocp.objectives import ArrivalAtRest, StageWeights, arrival_weights, path_end
+from rti_mpcc.ocp.stage_cost import LEAST_TIME, EndTime, end_time
 from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig()

@@ -7,8 +7,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.config import Weights
-from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, contouring_weights
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.objectives import StageWeights, Target, TargetKind, arrival_weights, contouring_weights
 
 LENGTHS = np.full(70, 0.1)
 EFFORT, COMFORT = Weights().acceleration, Weights().arrival_comfort

@@ -10,8 +10,8 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V
+from rti_mpcc.ocp.corridor_rows import stage_contacts
 from rti_mpcc.ocp.horizon import PlanArrays, states_at
-from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.types import Trajectory
 from tests.geometry.sides import Contacts, contacts_of
 

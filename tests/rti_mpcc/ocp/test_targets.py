@@ -8,7 +8,7 @@ from math import pi
 import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
-from rti_mpcc.ocp.targets import PROJECTION_REACH, TargetKind, ended_at, goal_on, path_end, stop_on
+from rti_mpcc.ocp.objectives import PROJECTION_REACH, TargetKind, ended_at, goal_on, path_end, stop_on
 from rti_mpcc.paper.objective import StagingPose
 
 ROUND = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]

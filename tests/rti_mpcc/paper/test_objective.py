@@ -19,8 +19,7 @@ from rti_mpcc.manoeuvre import SegmentEnd, segments_of
 from rti_mpcc.model.layout import THETA_DOT, V
 from rti_mpcc.ocp.bounds import stage_bounds
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import CONTOURING
-from rti_mpcc.ocp.targets import Target, TargetKind
+from rti_mpcc.ocp.objectives import CONTOURING, Target, TargetKind
 from rti_mpcc.paper import METHODS, ComparedObjective, PaperObjective, SpeedProfile, with_method
 from rti_mpcc.paper.objective import (
     CartesianPose,

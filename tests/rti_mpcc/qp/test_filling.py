@@ -11,9 +11,8 @@ from rti_mpcc.model.bicycle import ModelStep, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, NO_ROWS, CorridorRows
-from rti_mpcc.ocp.end_time import FIXED_END
 from rti_mpcc.ocp.horizon import PlanStages
-from rti_mpcc.ocp.stage_cost import QuadraticCost
+from rti_mpcc.ocp.stage_cost import FIXED_END, QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
     IDLE_WEIGHT,

@@ -9,10 +9,8 @@ import pytest
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
-from rti_mpcc.qp.interior_point import solve_by_interior_point
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solution import QpSolution
-from rti_mpcc.qp.solver import ITERATIONS, QpSolver
+from rti_mpcc.qp.solver import ITERATIONS, QpSolution, QpSolver, solve_by_interior_point
 from rti_mpcc.types import Array
 
 STAGES = 10

@@ -14,8 +14,7 @@ from estimation import Frame, GoalMeasurement
 from geometry import Pose2
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.docking import DockingController
-from rti_mpcc.qp.solution import Stop
-from rti_mpcc.qp.solver import ITERATIONS
+from rti_mpcc.qp.solver import ITERATIONS, Stop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.contents import from_line, to_line
 from rti_mpcc.simulation import docking_controller
