@@ -16,7 +16,6 @@ from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.standstill import AxisMotion
 from rti_mpcc.world.surroundings import Surroundings
 
-
 SETTLING_BY_POSE = 0.5  # [s]; with 0.35 a drive that creeps and lags by 0.4 s still swings
 
 
