@@ -148,13 +148,9 @@ class AxisMotion:
             return 0.0, inf
         return expected - now.speed, sqrt(2.0) * self.noise.along / seconds
 
-    def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
-        """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
-        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
-
     def speed_beyond_noise(self, seconds: float) -> float:
-        """The same [m/s], less what noise explains."""
-        speed, std = self.pose_speed(seconds)
+        """Mean speed by the poses of the last `seconds` [m/s], less what noise explains."""
+        speed, std = _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
         return max(abs(speed) - NOISE * std, 0.0)
 
     def gained(self, seconds: float) -> float:
@@ -187,7 +183,7 @@ class AxisMotion:
         """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""
         return self.moments[-1].coming if self.moments else inf
 
-    def beside(self, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
+    def beside(self, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
         By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known. A speed
