@@ -21,12 +21,18 @@ from geometry import Area, Corridor, CorridorError, InputError, Pose2, Reference
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course.blocked import on_course
 from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.course.context import PlanningContext, Workspace
 from rti_mpcc.course.route_start import OUT_OF_REACH
-from rti_mpcc.course.transitions import Event, next_segment, restarted, standing_route, transition_on
-from rti_mpcc.drive import fallback, first_plan, holding, limiter
+from rti_mpcc.course.transitions import (
+    Event,
+    next_segment,
+    on_course,
+    restarted,
+    standing_route,
+    transition_on,
+)
+from rti_mpcc.drive import fallback, holding, limiter, search
 from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency
 from rti_mpcc.drive.driving import driven
 from rti_mpcc.drive.fallback import ControlInput
@@ -290,7 +296,7 @@ class DockingController:
         if self._replanner is None:
             return s
         s = self._replanner.routed(s)
-        due = s.task.phase is Phase.STARTING and first_plan.reachability_is_due(s, self.config)
+        due = s.task.phase is Phase.STARTING and search.reachability_is_due(s, self.config)
         return self._reachability_checked(s, clock) if due else s
 
     def _on_segment(self, s: ControllerState, clock: CycleClock) -> tuple[ControllerState, PlanningContext]:
@@ -315,7 +321,7 @@ class DockingController:
         trial, segment = replace(s, task=last, plans=Plans(), start_state=None), last.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-        reaches = first_plan.ends_at_goal(*self._workspace.context(trial, clock, start))
+        reaches = search.ends_at_goal(*self._workspace.context(trial, clock, start))
         assert s.route is not None
         wanted = OUT_OF_REACH if reaches is False else s.route.request
         return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
