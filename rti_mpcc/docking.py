@@ -21,17 +21,11 @@ from geometry import Area, Corridor, CorridorError, InputError, Pose2, Reference
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import transitions
 from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.course.context import PlanningContext, Workspace
 from rti_mpcc.course.route_start import OUT_OF_REACH
-from rti_mpcc.course.transitions import (
-    Event,
-    next_segment,
-    on_course,
-    restarted,
-    standing_route,
-    transition_on,
-)
+from rti_mpcc.course.transitions import Event, transition_on
 from rti_mpcc.drive import fallback, holding, limiter, search
 from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency
 from rti_mpcc.drive.driving import driven
@@ -74,8 +68,7 @@ class DockingController:
             bends too sharply or leads the body into something (`repaired_path`), if `config` has a recovery.
 
     Attributes:
-        config: as given.
-        segments: as given.
+        config, segments: as given.
         path_changes: repairs of the given path.
         state: that a cycle leaves to the next.
 
@@ -128,7 +121,7 @@ class DockingController:
 
         self = cls.__new__(cls)
         self.segments, config = None, config or ControllerConfig()
-        path, task = standing_route(Pose2(0.0, 0.0, 0.0))
+        path, task = transitions.standing_route(Pose2(0.0, 0.0, 0.0))
         route, task = RouteState(replan_reason="there is none yet"), replace(task, phase=Phase.PLANNING)
         started = ControllerState(area=Surroundings.in_area(area), path=path, task=task, route=route)
         self._begin(config, started, Replanner(area, config))
@@ -306,8 +299,8 @@ class DockingController:
             s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
         s, context = self._workspace.context(s, clock)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context):
-            s, context = self._workspace.context(next_segment(s), clock)
-        after = on_course(s, context)
+            s, context = self._workspace.context(transitions.next_segment(s), clock)
+        after = transitions.on_course(s, context)
         if after.task.stop is not s.task.stop:
             return self._workspace.context(after, clock, context.state)
         return after, context
@@ -375,7 +368,7 @@ class DockingController:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
         before = s.sent[-1].acting(at, s.vehicle.actuators) if s.sent else (0.0, 0.0)
-        s = restarted(sent(s, control, at, start, before, config), str(verdict))
+        s = transitions.restarted(sent(s, control, at, start, before, config), str(verdict))
         return s, emergency(control, start, s, verdict, config, clock)
 
 

@@ -51,11 +51,7 @@ class DockingMission:
 
     @validated()
     def __init__(
-        self,
-        controller: DockingController,
-        steps: Sequence[Step],
-        *,
-        home: DriveTo | Pose2 | None = None,
+        self, controller: DockingController, steps: Sequence[Step], *, home: DriveTo | Pose2 | None = None
     ) -> None:
         self.controller, self.steps = controller, tuple(steps)
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
@@ -259,15 +255,11 @@ class DockingMission:
     def _report(self, pending: PendingStep | None) -> MissionReport:
         """The progress; `pending` was under way in this cycle, or is to start; None: no step was left."""
         mission_state = self.mission_state
-        last = mission_state.log[-1] if mission_state.log else None
+        last, now = mission_state.log[-1] if mission_state.log else None, self.controller.state.clock.now
         if pending is not None:
-            ended = (
-                mission_state.started is None
-                and last is not None
-                and last.end == self.controller.state.clock.now
-            )
-            result = last.result if ended and last is not None else MissionResult.RUNNING
             place, kind, attempt = pending.place, pending.step.word, pending.attempt
+            ended = last is not None and mission_state.started is None and last.end == now
+            result = last.result if last is not None and ended else MissionResult.RUNNING
         elif last is not None:
             place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
         else:  # it was cancelled before any step was started

@@ -30,17 +30,11 @@ def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
     """
     if goal.planned is None:
         return None if end is None else GoalPrior(pose=end)
+    position, heading = goal.terms.uncertainty or GOAL_MOVED
+    known = GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
     if goal.terms.uncertainty is None:
-        position, heading = GOAL_MOVED
-        return GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
-    position, heading = goal.terms.uncertainty
-    return GoalPrior(
-        pose=goal.planned,
-        position=position,
-        heading=min(heading, 0.5 * pi),
-        expected_position=position,
-        expected_heading=heading,
-    )
+        return known
+    return replace(known, position=position, heading=min(heading, 0.5 * pi))
 
 
 def rate_limited_goal(

@@ -66,9 +66,8 @@ def checked_goal(
         return GoalFit(pose=goal, problem=_joined(problem, hint))
     clearance = _clearance(goal, path, corridor, vehicle)
     if clearance < 0.0:
-        return GoalFit(
-            pose=goal, problem=_joined(f"the body there {_crossing(clearance)}", hint), clearance=clearance
-        )
+        problem = _joined(f"the body there {_crossing(clearance)}", hint)
+        return GoalFit(pose=goal, problem=problem, clearance=clearance)
     return GoalFit(pose=goal, remark=_joined(_tight(clearance, margin), hint), clearance=clearance)
 
 

@@ -71,8 +71,9 @@ class Perception:
             s, monitor, corrected = vehicle.correct_actuators(s, monitor, records, answer, config)
             moved = s.vehicle.motion.noted(monitor, config)
         known = vehicle.learnt(s, monitor, moved, records[0], holds, config)
-        if area.unreadable:
-            monitor = monitor.doubting(area.unreadable, last.monitor)
+        if area.unreadable and not monitor.doubt:
+            since = last.monitor.since if last.monitor.doubt else clock.now
+            monitor = replace(monitor, doubt=area.unreadable, since=since)
         hint = last.heading_hint
         if hint or last.monitor.state is None:
             hint = _heading_hint(s, monitor, part)
