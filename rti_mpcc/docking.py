@@ -228,10 +228,9 @@ class DockingController:
         """One cycle: the command to apply from now until the next step.
 
         1. Check the inputs; filter the detections of the goal, and let the goal setpoint follow.
-        2. Change to another route if one is needed and planned. Before a given path is started, check the
-           reachability of its goal.
-        3. Predict where the command will start to act; start the next segment where this one has ended; end
-           the course before what blocks it.
+        2. Change to another route if one is needed and planned. Check a given path's goal before its start.
+        3. Predict where the command will start to act; start the next segment after this one's end; end the
+           course before what blocks it.
         4. Drive what the phase asks for, or the next step of the fallback.
         5. Keep the command within the limits, and give its reason. Plan with the time that is left.
 
@@ -246,8 +245,7 @@ class DockingController:
                 goal; without one it stands (`Status.GOAL_REJECTED`). With detections it is the planned goal,
                 until they tell it better; one farther than the tolerance from the first is another dock.
             measurements: detections of the goal that arrived since the last step, in any order.
-            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) [m] to keep out of; None keeps the last
-                ones.
+            obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m] to keep out of; None keeps the last.
             clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For
                 recordings and tests.
         """

@@ -40,8 +40,7 @@ goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a
 def time_to_go(
     distance: float, speed: float, comfort: float, highest: Array | None = None, *, jerk: float = inf
 ) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3), `LEAST_TIME`
-    at least.
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], (T1), (T3), >= `LEAST_TIME`.
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does; the
     ramp is that of comfort all the same, so that no arrival takes longer than the one from rest.

@@ -252,8 +252,7 @@ SOON = 1.0  # [s] within which a plan that drives on does so
 
 
 def scheduled(s: ControllerState, context: PlanningContext) -> ControllerState:
-    """Choose between contouring and a planned arrival. A suspended search is resumed unless the target has
-    moved."""
+    """Contouring or a planned arrival; that of a suspended search as long as the target has not moved."""
     started = s.plans.suspended
     if started is not None and apart(started.target.pose, context.target.pose) <= TARGET_MOVED:
         return replace(s, task=replace(s.task, arrival=started.arrival))

@@ -118,8 +118,7 @@ def along_path(
 
 
 def along_course(course: Course, state: Array, s: Array, rate: Array, config: ControllerConfig) -> Array:
-    """States (n, 6) on the course from `state` (6,) on, `s` (n,) [m] further each, at speed `rate` (n,)
-    [m/s]."""
+    """States (n, 6) on the course, `s` (n,) [m] beyond `state` (6,), at speeds `rate` (n,) [m/s]."""
     (part, target), theta = course, state[THETA] + s
     reference, limits = part.reference(theta), config.limits
     here, there = part.pose(float(state[THETA])), part.pose(target.theta)

@@ -34,8 +34,7 @@ from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
-"""Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
-lateral [m], heading [rad]."""
+"""Planning goes on while vehicle and goal moved by less: longitudinal [m], lateral [m], heading [rad]."""
 _JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
 _SLICES = 3  # of planning in one cycle, at most
 _SLICES_AT_REST = 9  # of a vehicle that stands and waits for its route

@@ -1,5 +1,4 @@
-"""The table of transitions, the two functions that run it, what changes in the state with an event, and where
-the course ends.
+"""The table of transitions, the two functions that run it, what an event changes, and where the course ends.
 
 `transition_by_condition` asks in every cycle for the first event whose condition holds. `transition_on` takes
 an event that other code reports: a plan, an obstacle, the end of a segment.

@@ -222,8 +222,7 @@ def _change_over(
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
-    One that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later, from
-    nearer.
+    One that goes through something, or misses its target, is searched again after `REPLAN_INTERVAL`.
     """
     found, attempt = first_plan(s, context)
     too_late = conditions.too_late(s, context)

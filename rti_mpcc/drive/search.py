@@ -292,7 +292,6 @@ def _may_ask(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def _requesting(s: ControllerState, why: str) -> ControllerState:
-    """Asking for another route from here."""
     assert s.route is not None
     return replace(s, route=replace(s.route, request=why))
 

@@ -25,8 +25,7 @@ from rti_mpcc.world import perception
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
-"""A body is moved with its dock where that is detected farther than this from it: longitudinal [m],
-lateral [m], heading [rad]."""
+"""A body moves with a dock detected farther from it: longitudinal [m], lateral [m], heading [rad]."""
 
 _log = logging.getLogger(__name__)
 

@@ -69,8 +69,7 @@ class AxisMotion:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
         noise: of the measurements.
-        unseen: speed of a vehicle that is measured to stand, by its poses [m/s]; 0 if it is slow, or if noise
-            may be all of it.
+        unseen: speed by poses of a vehicle that is measured to stand [m/s]; 0 if it is slow, or may be noise.
     """
 
     moments: tuple[AxisReading, ...] = ()
