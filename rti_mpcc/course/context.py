@@ -290,9 +290,8 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     margin, index = config.clearance.wanted, segment.index
     if _side_clearance([cusp], corridor, index, config)[0] == margin:
         return cusp
-    poses = [
-        cusp.compose(Pose2(*(CUSP_SHIFT * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS
-    ]
+    shifts = CUSP_SHIFT * np.multiply(segment.tolerance, _STEPS)
+    poses = [cusp.compose(Pose2(*shift)) for shift in shifts.tolist()]
     side_clearance = _side_clearance(poses, corridor, index, config)
     return poses[int(np.argmax(side_clearance))]  # the first of equals is the nearest
 

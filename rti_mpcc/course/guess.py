@@ -64,9 +64,8 @@ def cruise_guess(
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
-    rate = np.minimum(
-        now + change, np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
-    )
+    highest = np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
+    rate = np.minimum(now + change, highest)
     s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
     side = profile.side_clearance
     if side is not None and (rate > side.bounds(theta + s, elapsed, now, config)).any():

@@ -15,7 +15,7 @@ from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check
-from rti_mpcc.course.collision_check import nearest_object
+from rti_mpcc.course.collision_check import CLEAR_DISTANCE, nearest_object
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.drive import holding
 from rti_mpcc.drive.fallback import ControlInput, stopping_motion
@@ -254,9 +254,7 @@ def meeting(
     another plan, or ""."""
     assert s.task.yielding is not None
     obstacle = f"{distance:.2f} m with {collision_check.object_ahead(s, plan, distance, config)}"
-    needed = (
-        collision_check.stopping_distance(float(plan.states[0, V]), config) + collision_check.CLEAR_DISTANCE
-    )
+    needed = collision_check.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
     yielding = replace(s.task.yielding, obstacle=obstacle, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, yielding=yielding))
 

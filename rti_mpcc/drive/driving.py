@@ -365,11 +365,9 @@ def _in_contact(s: ControllerState, context: PlanningContext, overlap: Overlap) 
     """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
     s = transition_on(s, Event.OVERLAP)
     s = replace(s, task=replace(s.task, yielding=Yielding()))
-    motion = None
+    motion, part = None, s.task.segment.index
     if s.task.phase is not Phase.WAITING:
-        motion = escape.escape_motion(
-            context.state, context.start_time, s.area, s.task.segment.index, context.config
-        )
+        motion = escape.escape_motion(context.state, context.start_time, s.area, part, context.config)
     if motion is not None:
         verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
         return s, ControlDecision(_first_control(motion, Source.ESCAPE), verdict, motion)

@@ -218,10 +218,8 @@ class DockingMission:
 
     def _obstacles(self, given: Sequence[ArrayLike] | None) -> Sequence[ArrayLike] | None:
         """Obstacles for the controller: those that were given last, and the bodies of docks."""
-        mission_state = self.mission_state
-        mission_state = replace(
-            mission_state, dock_state=mission_state.dock_state and self._detected(mission_state.dock_state)
-        )
+        dock_state = self.mission_state.dock_state
+        mission_state = replace(self.mission_state, dock_state=dock_state and self._detected(dock_state))
         bodies = mission_state.standing
         if given is not None:
             # An input that is no list stays as it is: the controller refuses it.

@@ -192,9 +192,8 @@ class AxisMotion:
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         t = np.array([m.at - self.moments[-1].at for m in self.moments])
-        driven, planned, speeds, gained = np.array(
-            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
-        ).T
+        known = np.array([(m.driven, m.planned, m.speed, m.gained) for m in self.moments])
+        driven, planned, speeds, gained = known.T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise.along, lag)
         if self.unseen != 0.0 or len({m.measured for m in self.moments}) == 1:
