@@ -57,8 +57,7 @@ class DockingController:
 
     The first one on a machine compiles the kernels, in about half a minute (`rti-mpcc warm` does it before).
 
-    A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
-    first cycle.
+    It loads all that its cycles need when it is made. Call `prepare_process` then, before the first cycle.
 
     Args:
         path: the route.
@@ -110,8 +109,7 @@ class DockingController:
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
         """A controller that plans its route from where the vehicle is to the goal that `step` is given.
 
-        It stands until a route is planned, a slice of the search a cycle, and replans when it is blocked or
-        its goal moves.
+        It stands until a route is planned, a slice a cycle, and replans when it is blocked or its goal moves.
 
         Args:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
@@ -185,8 +183,7 @@ class DockingController:
     def set_area(self, area: Area) -> None:
         """Replace the area, as a map that is updated; it counts from the next step on.
 
-        The route is kept where it stays clear, a search where nothing has changed near it, and the obstacles
-        given to `step`.
+        Kept are a route that stays clear, a search without changes near it, and obstacles given to `step`.
 
         Args:
             area: all of it; what differs by `rti_mpcc.world.surroundings.MOVED` at most is no change.
@@ -228,7 +225,8 @@ class DockingController:
         """One cycle: the command to apply from now until the next step.
 
         1. Check the inputs; filter the detections of the goal, and let the goal setpoint follow.
-        2. Change to another route if one is needed and planned. Check a given path's goal before its start.
+        2. Change to another route if one is needed and planned. Before a given path is started, check the
+           reachability of its goal.
         3. Predict where the command will start to act; start the next segment after this one's end; end the
            course before what blocks it.
         4. Drive what the phase asks for, or the next step of the fallback.

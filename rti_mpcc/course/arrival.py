@@ -5,8 +5,7 @@ one whose final deceleration is a takes
 
 (T1)  t_go = (-v + sqrt(v² + 6 a D)) / a + a / 2 j,   j the jerk at which it ends.
 
-Along that motion t_go falls exactly by the time passed. Out of a cruise at v the cubic starts without a step
-in acceleration at
+Along that motion t_go falls exactly by the time passed. A cruise at v joins it without a step in a at
 
 (T2)  D = 4 v² / (3 a).
 

@@ -1,8 +1,7 @@
 """What a cycle plans in: where its command begins to act, against what the segment is to end in.
 
 The `Workspace` makes it, and keeps what is made once for the active segment: its core, the clearance along
-it, its speed profile, its target. A core is made anew for each segment. All else is a cache: the same state
-gives the same context.
+it, its speed profile, its target. A core is made anew for each segment. All else is a cache.
 """
 
 from __future__ import annotations

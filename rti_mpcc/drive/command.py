@@ -250,8 +250,7 @@ def what_blocks(stop: PlannedStop, context: PlanningContext) -> str:
 def meeting(
     s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
 ) -> ControllerState:
-    """With the contact of a halting vehicle's plan after `distance` [m]; `late`: why there was no time for
-    another plan, or ""."""
+    """With the contact of a plan after `distance` [m]; `late`: why there was no time for another, or ""."""
     assert s.task.yielding is not None
     obstacle = f"{distance:.2f} m with {collision_check.object_ahead(s, plan, distance, config)}"
     needed = collision_check.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
