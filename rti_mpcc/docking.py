@@ -21,12 +21,12 @@ from geometry import Area, Corridor, CorridorError, InputError, Pose2, Reference
 from geometry.validation import validated
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course.blocked import on_course
+from rti_mpcc.course import transitions
 from rti_mpcc.course.conditions import REPLAN_INTERVAL, may_change_direction
 from rti_mpcc.course.context import PlanningContext, Workspace
 from rti_mpcc.course.route_start import OUT_OF_REACH
-from rti_mpcc.course.transitions import Event, next_segment, restarted, standing_route, transition_on
-from rti_mpcc.drive import fallback, first_plan, holding, limiter
+from rti_mpcc.course.transitions import Event, transition_on
+from rti_mpcc.drive import fallback, holding, limiter, search
 from rti_mpcc.drive.command import ControlDecision, InputReport, command, diagnose, emergency
 from rti_mpcc.drive.driving import driven
 from rti_mpcc.drive.fallback import ControlInput
@@ -57,8 +57,7 @@ class DockingController:
 
     The first one on a machine compiles the kernels, in about half a minute (`rti-mpcc warm` does it before).
 
-    A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
-    first cycle.
+    It loads all that its cycles need when it is made. Call `prepare_process` then, before the first cycle.
 
     Args:
         path: the route.
@@ -68,8 +67,7 @@ class DockingController:
             bends too sharply or leads the body into something (`repaired_path`), if `config` has a recovery.
 
     Attributes:
-        config: as given.
-        segments: as given.
+        config, segments: as given.
         path_changes: repairs of the given path.
         state: that a cycle leaves to the next.
 
@@ -111,8 +109,7 @@ class DockingController:
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
         """A controller that plans its route from where the vehicle is to the goal that `step` is given.
 
-        It stands until a route is planned, a slice of the search a cycle, and replans when it is blocked or
-        its goal moves.
+        It stands until a route is planned, a slice a cycle, and replans when it is blocked or its goal moves.
 
         Args:
             area: the free space, until `set_area`; obstacles given to `step` are added to it.
@@ -122,7 +119,7 @@ class DockingController:
 
         self = cls.__new__(cls)
         self.segments, config = None, config or ControllerConfig()
-        path, task = standing_route(Pose2(0.0, 0.0, 0.0))
+        path, task = transitions.standing_route(Pose2(0.0, 0.0, 0.0))
         route, task = RouteState(replan_reason="there is none yet"), replace(task, phase=Phase.PLANNING)
         started = ControllerState(area=Surroundings.in_area(area), path=path, task=task, route=route)
         self._begin(config, started, Replanner(area, config))
@@ -186,8 +183,7 @@ class DockingController:
     def set_area(self, area: Area) -> None:
         """Replace the area, as a map that is updated; it counts from the next step on.
 
-        The route is kept where it stays clear, a search where nothing has changed near it, and the obstacles
-        given to `step`.
+        Kept are a route that stays clear, a search without changes near it, and obstacles given to `step`.
 
         Args:
             area: all of it; what differs by `rti_mpcc.world.surroundings.MOVED` at most is no change.
@@ -231,8 +227,8 @@ class DockingController:
         1. Check the inputs; filter the detections of the goal, and let the goal setpoint follow.
         2. Change to another route if one is needed and planned. Before a given path is started, check the
            reachability of its goal.
-        3. Predict where the command will start to act; start the next segment where this one has ended; end
-           the course before what blocks it.
+        3. Predict where the command will start to act; start the next segment after this one's end; end the
+           course before what blocks it.
         4. Drive what the phase asks for, or the next step of the fallback.
         5. Keep the command within the limits, and give its reason. Plan with the time that is left.
 
@@ -247,8 +243,7 @@ class DockingController:
                 goal; without one it stands (`Status.GOAL_REJECTED`). With detections it is the planned goal,
                 until they tell it better; one farther than the tolerance from the first is another dock.
             measurements: detections of the goal that arrived since the last step, in any order.
-            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) [m] to keep out of; None keeps the last
-                ones.
+            obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m] to keep out of; None keeps the last.
             clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For
                 recordings and tests.
         """
@@ -290,7 +285,7 @@ class DockingController:
         if self._replanner is None:
             return s
         s = self._replanner.routed(s)
-        due = s.task.phase is Phase.STARTING and first_plan.reachability_is_due(s, self.config)
+        due = s.task.phase is Phase.STARTING and search.reachability_is_due(s, self.config)
         return self._reachability_checked(s, clock) if due else s
 
     def _on_segment(self, s: ControllerState, clock: CycleClock) -> tuple[ControllerState, PlanningContext]:
@@ -300,8 +295,8 @@ class DockingController:
             s = replace(transition_on(s, Event.RELOCALISED), start_state=None)
         s, context = self._workspace.context(s, clock)
         if s.task.phase is not Phase.WAITING and may_change_direction(s, context):
-            s, context = self._workspace.context(next_segment(s), clock)
-        after = on_course(s, context)
+            s, context = self._workspace.context(transitions.next_segment(s), clock)
+        after = transitions.on_course(s, context)
         if after.task.stop is not s.task.stop:
             return self._workspace.context(after, clock, context.state)
         return after, context
@@ -315,7 +310,7 @@ class DockingController:
         trial, segment = replace(s, task=last, plans=Plans(), start_state=None), last.segment
         first, wheels = segment.part.first, segment.wheels or 0.0
         start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-        reaches = first_plan.ends_at_goal(*self._workspace.context(trial, clock, start))
+        reaches = search.ends_at_goal(*self._workspace.context(trial, clock, start))
         assert s.route is not None
         wanted = OUT_OF_REACH if reaches is False else s.route.request
         return replace(s, route=replace(s.route, goal_checked=s.goal_pose, request=wanted))
@@ -369,7 +364,7 @@ class DockingController:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
         before = s.sent[-1].acting(at, s.vehicle.actuators) if s.sent else (0.0, 0.0)
-        s = restarted(sent(s, control, at, start, before, config), str(verdict))
+        s = transitions.restarted(sent(s, control, at, start, before, config), str(verdict))
         return s, emergency(control, start, s, verdict, config, clock)
 
 

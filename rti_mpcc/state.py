@@ -188,8 +188,7 @@ class Plans:
         solution: the last iterate, which the next cycle resumes, or None.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         clear_of: number of obstacle changes for which the driven plan was accepted.
-        course: number of obstacle changes, and the segment's target pose, for which the end of the course was
-            found; None: not yet.
+        course: number of obstacle changes, and target pose, for which the course's end was found, or None.
         suspended: a search for a first plan that ran out of time, or None.
     """
 

@@ -277,8 +277,7 @@ class Diagnostics:
         failed: the QP of this cycle was not accepted.
         solver_status: the solver's word for its result ("" where no QP was solved).
         iterations: of OSQP and PIQP, of all QPs of this cycle.
-        residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
-            where there was no QP.
+        residuals: primal and dual of the last one, scaled; infinite if not solved, (0, 0) without a QP.
         interior_point: PIQP had to solve one of them, which takes 3 ms or so.
         slack: largest corridor slack of the plan [m].
         cause: why the cycle did what it did.

@@ -5,8 +5,7 @@ one whose final deceleration is a takes
 
 (T1)  t_go = (-v + sqrt(v² + 6 a D)) / a + a / 2 j,   j the jerk at which it ends.
 
-Along that motion t_go falls exactly by the time passed. Out of a cruise at v the cubic starts without a step
-in acceleration at
+Along that motion t_go falls exactly by the time passed. A cruise at v joins it without a step in a at
 
 (T2)  D = 4 v² / (3 a).
 
@@ -40,8 +39,7 @@ goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a
 def time_to_go(
     distance: float, speed: float, comfort: float, highest: Array | None = None, *, jerk: float = inf
 ) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3), `LEAST_TIME`
-    at least.
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], (T1), (T3), >= `LEAST_TIME`.
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does; the
     ramp is that of comfort all the same, so that no arrival takes longer than the one from rest.

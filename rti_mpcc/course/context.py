@@ -1,8 +1,7 @@
 """What a cycle plans in: where its command begins to act, against what the segment is to end in.
 
 The `Workspace` makes it, and keeps what is made once for the active segment: its core, the clearance along
-it, its speed profile, its target. A core is made anew for each segment. All else is a cache: the same state
-gives the same context.
+it, its speed profile, its target. A core is made anew for each segment. All else is a cache.
 """
 
 from __future__ import annotations
@@ -114,14 +113,13 @@ class PlanningContext:
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
-    """The predicted state (6,) when a command given now starts to act; before the first measurement the start
-    of the part.
+    """The predicted state (6,) when a command of now starts to act; unmeasured: the start of the part.
 
     Progress and branch of the heading are those nearest to the last ones. Before the start of the part the
     progress counts along the path extrapolated straight.
     """
+    first = part.first
     if s.vehicle.monitor.state is None:
-        first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.clock.now + s.vehicle.dead_time, config)
     (x, y, phi, *_), last = start.tolist(), s.start_state
@@ -133,7 +131,6 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
         theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
         heading = float(last[PHI])
     if theta <= part.start:
-        first = part.first
         theta += min(part.direction * offset(x - first.x, y - first.y, first.phi)[0], 0.0)
     start[THETA], start[PHI] = theta, lift(phi, heading)
     return start
@@ -191,8 +188,7 @@ def distance_left(
 ) -> tuple[float, float]:
     """Distance left [m] from a pose at `theta` [m], where the path, driven in this direction, is `on_path`.
 
-    Along the path, negative if the target was passed; and with that across, 0 if it was passed by more than
-    `PASSED_DISTANCE`.
+    Along the path, negative if the target was passed; and with that across, 0 beyond `PASSED_DISTANCE`.
     """
     ahead, aside = offset(here.x - on_path.x, here.y - on_path.y, on_path.phi)
     along = target.theta - theta - direction * ahead
@@ -226,7 +222,6 @@ class Workspace:
         self._onto(s)
 
     def _onto(self, s: ControllerState) -> None:
-        """Onto the path of the state."""
         self._path, corridor, config = s.path, s.area.corridor, self._settings
         self._side_clearances = tuple(
             side_clearance_along(part, corridor, k, config) for k, part in enumerate(s.path.parts)
@@ -298,9 +293,8 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     margin, index = config.clearance.wanted, segment.index
     if _side_clearance([cusp], corridor, index, config)[0] == margin:
         return cusp
-    poses = [
-        cusp.compose(Pose2(*(CUSP_SHIFT * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS
-    ]
+    shifts = CUSP_SHIFT * np.multiply(segment.tolerance, _STEPS)
+    poses = [cusp.compose(Pose2(*shift)) for shift in shifts.tolist()]
     side_clearance = _side_clearance(poses, corridor, index, config)
     return poses[int(np.argmax(side_clearance))]  # the first of equals is the nearest
 

@@ -209,14 +209,7 @@ def _planned_time(mpcc: RtiMpcc, target: Target, cruise: _Cruise) -> float:
     guess: Trajectory | None = arrival_guess(course, state, times, left, profile, config)
     damping = FIRST_DAMPING
     for _ in range(PLANNED_ITERATIONS):
-        mpcc.prepare(
-            0.0,
-            target=target,
-            plan=guess,
-            objective=ArrivalAtRest(),
-            damping=damping,
-            before=0.0,
-        )
+        mpcc.prepare(0.0, target=target, plan=guess, objective=ArrivalAtRest(), damping=damping, before=0.0)
         solution = mpcc.feedback(state, 0.0)
         before, ends = ends, float(solution.trajectory.times[-1])
         settled = damping == DAMPING and abs(ends - before) < PLANNED_ACCURACY * ends

@@ -57,26 +57,19 @@ def arrival_guess(
 
 
 def cruise_guess(
-    course: Course,
-    state: Array,
-    times: Array,
-    profile: ComfortSpeeds,
-    config: ControllerConfig,
+    course: Course, state: Array, times: Array, profile: ComfortSpeeds, config: ControllerConfig
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(course.part.direction * float(state[V]), 0.0)
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
-    rate = np.minimum(
-        now + change, np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
-    )
+    highest = np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
+    rate = np.minimum(now + change, highest)
     s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
-    if (
-        profile.side_clearance is not None
-        and (rate > profile.side_clearance.bounds(theta + s, elapsed, now, config)).any()
-    ):
-        s, rate = _slowed(rate, theta, elapsed, now, profile.side_clearance, config)
+    side = profile.side_clearance
+    if side is not None and (rate > side.bounds(theta + s, elapsed, now, config)).any():
+        s, rate = _slowed(rate, theta, elapsed, now, side, config)
     left = max(course.target.theta - theta, 0.0)
     rate = np.where(s < left, rate, 0.0)
     return along_path(course, state, times, np.minimum(s, left), rate, config)
@@ -101,12 +94,7 @@ def _slowed(
 
 
 def along_path(
-    course: Course,
-    state: Array,
-    times: Array,
-    s: Array,
-    rate: Array,
-    config: ControllerConfig,
+    course: Course, state: Array, times: Array, s: Array, rate: Array, config: ControllerConfig
 ) -> Trajectory:
     """The trajectory that has driven `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
@@ -117,7 +105,7 @@ def along_path(
     led = len(lead) - 1
     if led:
         s, rate, state = s[led:] - s[led], rate[led:], lead[-1]
-    states = _faded(course, state, s, rate, config)
+    states = along_course(course, state, s, rate, config)
     if led:
         states = np.vstack([lead[:-1], states])
     limits, controls = config.limits, np.empty((len(times) - 1, CONTROLS))
@@ -128,13 +116,8 @@ def along_path(
     return Trajectory(times=times, states=states, controls=controls)
 
 
-def along_course(course: Course, state: Array, s: Array, config: ControllerConfig) -> Array:
-    """States (n, 6) of the body on the course from `state` (6,) to the target, `s` (n,) [m] further each."""
-    return _faded(course, state, s, np.zeros_like(s), config)
-
-
-def _faded(course: Course, state: Array, s: Array, rate: Array, config: ControllerConfig) -> Array:
-    """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
+def along_course(course: Course, state: Array, s: Array, rate: Array, config: ControllerConfig) -> Array:
+    """States (n, 6) on the course, `s` (n,) [m] beyond `state` (6,), at speeds `rate` (n,) [m/s]."""
     (part, target), theta = course, state[THETA] + s
     reference, limits = part.reference(theta), config.limits
     here, there = part.pose(float(state[THETA])), part.pose(target.theta)

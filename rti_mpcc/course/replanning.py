@@ -34,8 +34,7 @@ from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
-"""Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
-lateral [m], heading [rad]."""
+"""Planning goes on while vehicle and goal moved by less: longitudinal [m], lateral [m], heading [rad]."""
 _JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
 _SLICES = 3  # of planning in one cycle, at most
 _SLICES_AT_REST = 9  # of a vehicle that stands and waits for its route
@@ -159,16 +158,15 @@ class Replanner:
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Plan with the time that this cycle has left."""
-        request = self._needed(s)
-        if request is None:
+        request, route = self._needed(s), s.route
+        if request is None or route is None:
             return s
         margin = self._config.clearance.wanted
         if self._request is None or not self._request.matches(request, _UNMOVED, margin):
             known = self.area_known(s)
             self._request = request
             # A vehicle that has driven and asks is not well inside: it has to get there.
-            driven = s.route is not None and s.route.routes > 0
-            there = SETTLE_SHARE if driven else 1.0
+            there = SETTLE_SHARE if route.routes > 0 else 1.0
             config = s.goal.terms.on(self._config)
             keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
             self._planning = RoutePlanning(
@@ -177,8 +175,7 @@ class Replanner:
         planning = self._planning
         assert planning is not None
         before = planning.seconds
-        assert s.route is not None
-        wanted = s.route.request != "" and s.task.phase is Phase.STARTING and s.vehicle.stands
+        wanted = route.request != "" and s.task.phase is Phase.STARTING and s.vehicle.stands
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
         slices: float = _SLICES_AT_REST if waits else _SLICES
         while slices > 0 and planning.manoeuvre is None:
@@ -188,7 +185,7 @@ class Replanner:
             slices -= planning.advance()
         if planning.seconds == before:
             return s
-        return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))
+        return replace(s, route=replace(route, seconds=route.seconds + planning.seconds - before))
 
     def _replan_reason(self, s: ControllerState) -> str:
         """Why another route is needed, or ""."""
@@ -200,16 +197,12 @@ class Replanner:
             return route.request
         if s.on_planned_route and route.manoeuvre is not None and self._has_moved(s, route.manoeuvre.goal):
             return "the goal has moved"
-        if (
-            task.phase is Phase.HOLDING
-            and task.stop is not None
-            and not route_start.was_searched(s, self._config)
-        ):
-            return "something blocks the route"
-        if not s.vehicle.is_stationary(s.clock.now, _REPLAN_AFTER) or route_start.was_searched(
-            s, self._config
-        ):
+        blocked = task.phase is Phase.HOLDING and task.stop is not None
+        waits = blocked or s.vehicle.is_stationary(s.clock.now, _REPLAN_AFTER)
+        if not waits or route_start.was_searched(s, self._config):
             return ""
+        if blocked:
+            return "something blocks the route"
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
         if task.yielding is not None:
@@ -278,10 +271,8 @@ class Replanner:
         found, route, config = self._found(), s.route, self._config
         if found is None or route is None or self._request is None:
             return s
-        request = self._needed(s)
-        if request is None or not self._request.matches(
-            request, route_start.near_enough(config), config.clearance.wanted
-        ):
+        request, near = self._needed(s), route_start.near_enough(config)
+        if request is None or not self._request.matches(request, near, config.clearance.wanted):
             return s
         planning = s.task.phase is Phase.PLANNING
         updated = replace(route, manoeuvre=found, changes=s.area.changes)

@@ -1,4 +1,4 @@
-"""The table of transitions, the two functions that run it, and what changes in the state with an event.
+"""The table of transitions, the two functions that run it, what an event changes, and where the course ends.
 
 `transition_by_condition` asks in every cycle for the first event whose condition holds. `transition_on` takes
 an event that other code reports: a plan, an obstacle, the end of a segment.
@@ -9,14 +9,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
+from math import ceil
+
+import numpy as np
 
 from geometry import Pose2, ReferencePath
-from rti_mpcc.course import conditions
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import collision_check, conditions
 from rti_mpcc.course.context import PlanningContext
+from rti_mpcc.course.guess import Course, along_course
+from rti_mpcc.course.route_start import CHECK_SPACING
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
+from rti_mpcc.model.layout import POSE, THETA
+from rti_mpcc.ocp.objectives import Target, apart
 from rti_mpcc.state import DRIVING, ControllerState, Phase, PlannedStop, Plans, RouteState, Task, Yielding
-from rti_mpcc.types import Trajectory
+from rti_mpcc.types import Array, Trajectory
 
 Condition = Callable[[ControllerState, PlanningContext], bool]
 
@@ -176,15 +184,6 @@ def onto_route(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> C
     return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, start_state=None)
 
 
-def onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> ControllerState:
-    """The course ends elsewhere: plan to there, with the last plan until then; `here`: stay at the stop."""
-    plans = replace(_last_plan(s), course=s.plans.course)
-    s = transition_on(s, Event.COURSE_CHANGED)
-    if here:
-        s = transition_on(s, Event.STOP_IS_HERE)
-    return replace(s, task=replace(s.task, stop=stop), plans=plans)
-
-
 def _lasting_yielding(s: ControllerState) -> Yielding | None:
     """Yielding to an obstacle that moves: another route has to stay clear of it as long as the last one."""
     return s.task.yielding if s.area.tracked.moving else None
@@ -202,3 +201,75 @@ def restarted(s: ControllerState, problem: str) -> ControllerState:
     s = transition_on(s, Event.INTERNAL_ERROR)
     task = replace(s.task, segment=replace(s.task.segment), stop_reason=problem)
     return replace(s, task=task, start_state=None)
+
+
+# -- where the course ends: in front of a static obstacle that blocks it -----------------------------------
+
+NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
+SAME_STOP = 0.4  # [m]; a stop that moves by less stays
+STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad] at a stop
+
+
+def on_course(s: ControllerState, context: PlanningContext) -> ControllerState:
+    """With the course up to the first static obstacle that blocks it, if obstacles or target have changed."""
+    task, target = s.task, s.task.target
+    at_stop = task.stop is not None and task.phase in (Phase.SETTLING, Phase.HOLDING)
+    if target is None or context.doubt or not (at_stop or task.phase in SEEKING):
+        return s
+    if s.plans.course is not None:
+        changes, pose = s.plans.course
+        if changes == s.area.changes and apart(pose, target.pose) <= conditions.TARGET_MOVED:
+            return s
+    s = replace(s, plans=replace(s.plans, course=(s.area.changes, target.pose)))
+    stop = _blocked(s, context, target)
+    if stop is None:
+        return s if task.stop is None else _onto_course(s, None, here=False)
+    if task.stop is not None and abs(task.stop.at - stop.at) <= SAME_STOP:
+        return s
+    here = stop.at - float(context.state[THETA]) <= NEAR_STOP * context.config.size
+    return _onto_course(s, stop, here=here)
+
+
+def _onto_course(s: ControllerState, stop: PlannedStop | None, *, here: bool) -> ControllerState:
+    """The course ends elsewhere: plan to there, with the last plan until then; `here`: stay at the stop."""
+    plans = replace(_last_plan(s), course=s.plans.course)
+    s = transition_on(s, Event.COURSE_CHANGED)
+    if here:
+        s = transition_on(s, Event.STOP_IS_HERE)
+    return replace(s, task=replace(s.task, stop=stop), plans=plans)
+
+
+def _blocked(s: ControllerState, context: PlanningContext, target: Target) -> PlannedStop | None:
+    """The stop in front of the first static obstacle that the body on the course to the target touches."""
+    config = context.config
+    if not (s.area.replaced or s.area.corridor.obstacles):
+        return None
+    states, segment = _ahead(s, context.state, target, config), s.task.segment
+    first = collision_check.first_blocked(s, states, config)
+    if first is None:
+        return None
+    x, y, phi = states[first, :POSE].tolist()
+    begin, there = float(context.state[THETA]), segment.part.project(x, y, heading=phi)
+    along, across, heading = STOP_TOLERANCE
+    return PlannedStop(
+        at=max(there - collision_check.stop_clearance(config), begin),
+        tolerance=(config.size * along, config.size * across, heading),
+        obstacle=str(collision_check.nearest_object(states[first, :POSE], s.area, segment.index, config)),
+    )
+
+
+def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerConfig) -> Array:
+    """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
+    part, driven = s.task.segment.part, state[None]
+    if s.task.drives and s.plans.driven is not None:
+        *_, driven = collision_check.bodies_along(s.plans.driven, config)
+        state = driven[-1].copy()
+        x, y, phi = state[:POSE].tolist()
+        state[THETA] = part.project(x, y, heading=phi)
+    left = target.theta - float(state[THETA])
+    if left <= CHECK_SPACING:
+        return driven
+    bodies = min(ceil(left / CHECK_SPACING) + 1, collision_check.MOST_BODIES)
+    further = np.linspace(0.0, left, bodies)
+    ahead = along_course(Course(part, target), state, further, np.zeros(bodies), config)
+    return np.concatenate((driven, ahead))

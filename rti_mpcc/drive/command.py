@@ -15,7 +15,7 @@ from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check
-from rti_mpcc.course.collision_check import nearest_object
+from rti_mpcc.course.collision_check import CLEAR_DISTANCE, nearest_object
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.drive import holding
 from rti_mpcc.drive.fallback import ControlInput, stopping_motion
@@ -26,7 +26,6 @@ from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, going_out, measur
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
-from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.state import ControllerState, PlannedStop, Task
 from rti_mpcc.types import (
     Array,
@@ -190,18 +189,16 @@ def _first_weights(solutions: tuple[Solution, ...]) -> EffectiveWeights:
 
 def why_stalled(s: ControllerState, context: PlanningContext) -> str:
     """Why no plan ends inside the tolerance, or ""."""
-    config, side_clearance = context.config, context.mpcc.side_clearance
+    config = context.config
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
     at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
     what = "the path's end" if at_end else "the goal"
     if s.task.end is not SegmentEnd.GOAL:
         what = "the end of this segment"
-    why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
-    if why:
+    near = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
+    if why := near or _narrow(s, context):
         return why
-    if side_clearance is not None and (narrow := _narrow(s, context, side_clearance)):
-        return narrow
     manoeuvre = None if s.route is None else s.route.manoeuvre
     return "" if manoeuvre is None or manoeuvre.found else manoeuvre.reason
 
@@ -222,9 +219,11 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     )
 
 
-def _narrow(s: ControllerState, context: PlanningContext, side_clearance: SideClearance) -> str:
+def _narrow(s: ControllerState, context: PlanningContext) -> str:
     """Where the rest of the segment is narrower than the margin, or ""."""
-    theta = float(context.state[THETA])
+    side_clearance, theta = context.mpcc.side_clearance, float(context.state[THETA])
+    if side_clearance is None:
+        return ""
     ahead = (side_clearance.theta >= theta) & (side_clearance.theta <= context.target.theta)
     if not ahead.any():
         return ""
@@ -251,13 +250,10 @@ def what_blocks(stop: PlannedStop, context: PlanningContext) -> str:
 def meeting(
     s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
 ) -> ControllerState:
-    """With the contact of a halting vehicle's plan after `distance` [m]; `late`: why there was no time for
-    another plan, or ""."""
+    """With the contact of a plan after `distance` [m]; `late`: why there was no time for another, or ""."""
     assert s.task.yielding is not None
     obstacle = f"{distance:.2f} m with {collision_check.object_ahead(s, plan, distance, config)}"
-    needed = (
-        collision_check.stopping_distance(float(plan.states[0, V]), config) + collision_check.CLEAR_DISTANCE
-    )
+    needed = collision_check.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
     yielding = replace(s.task.yielding, obstacle=obstacle, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, yielding=yielding))
 

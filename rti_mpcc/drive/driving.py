@@ -6,18 +6,18 @@ from dataclasses import replace
 from math import inf
 
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
-from rti_mpcc.course import collision_check, conditions, schedule
+from rti_mpcc.course import collision_check, conditions
 from rti_mpcc.course.collision_check import CLEAR_DISTANCE, Overlap
 from rti_mpcc.course.conditions import GIVE_UP_TIME, replan_due, standing_since
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.transitions import Event, plan_accepted, transition_by_condition, transition_on
 from rti_mpcc.drive import escape, fallback, holding, limiter, search
 from rti_mpcc.drive.command import ControlDecision, meeting, what_blocks, why_stalled, why_yielding
-from rti_mpcc.drive.first_plan import first_plan
-from rti_mpcc.drive.search import SqpResult
+from rti_mpcc.drive.fallback import ControlInput
+from rti_mpcc.drive.search import SqpResult, first_plan
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
-from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA_DOT, A, V
 from rti_mpcc.state import ControllerState, Phase, Yielding
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 from rti_mpcc.world import goal_setpoint
@@ -61,7 +61,7 @@ def _decided(s: ControllerState, context: PlanningContext) -> Driven:
         rejected = Verdict(Reason.GOAL_REJECTED, _none_accepted(s))
         return _stop(s, context, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context), context)
-    s = schedule.rescheduled(s, context)
+    s = conditions.rescheduled(s, context)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
     waiting = conditions.must_wait(s, context) if s.vehicle.stands and not stays else ""
     if waiting:
@@ -126,15 +126,14 @@ def _drive(s: ControllerState, context: PlanningContext) -> Driven:
         s, decision = _change_over(s, context)
         if decision is not None:
             return s, decision
-    successor = schedule.successor_due(s, context)
+    successor = conditions.successor_due(s, context)
     if successor is not None:
         s = replace(s, task=replace(s.task, successor=successor), plans=replace(s.plans, solution=None))
     return _iterate(s, context)
 
 
 def _settle(s: ControllerState, context: PlanningContext) -> Driven:
-    wanted = fallback.settling_deceleration(context)
-    return _stop(s, context, Verdict(Reason.SETTLES), wanted)
+    return _stop(s, context, Verdict(Reason.SETTLES), fallback.settling_deceleration(context))
 
 
 def _stay(s: ControllerState, context: PlanningContext) -> Driven:
@@ -169,11 +168,11 @@ def _wait(s: ControllerState, context: PlanningContext) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext) -> Driven:
-    reason, stop = _STANDS_AT[s.task.end], s.task.stop
-    if reason is Reason.DOCKED:
-        return _hold_at_goal(s, context)
-    about = "" if stop is None else what_blocks(stop, context)
-    return _stop(s, context, Verdict(reason, about))
+    if s.task.stop is not None:
+        return _stop(s, context, Verdict(Reason.STANDS_BEFORE_OBSTACLE, what_blocks(s.task.stop, context)))
+    if s.task.end is SegmentEnd.CUSP:
+        return _stop(s, context, Verdict(Reason.STANDS_AT_CUSP))
+    return _hold_at_goal(s, context)
 
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
@@ -203,13 +202,6 @@ def _at_goal(s: ControllerState, context: PlanningContext) -> Verdict:
     return Verdict(Reason.DOCKED)
 
 
-_STANDS_AT = {
-    SegmentEnd.GOAL: Reason.DOCKED,
-    SegmentEnd.STOP: Reason.STANDS_BEFORE_OBSTACLE,
-    SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
-}
-
-
 _BY_PHASE = {
     Phase.STARTING: _start,
     Phase.CONTOURING: _drive,
@@ -230,11 +222,10 @@ def _change_over(
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Change from the present plan to the first one of another objective; None: not yet.
 
-    One that goes through something, or misses its target, is searched again `REPLAN_INTERVAL` later, from
-    nearer.
+    One that goes through something, or misses its target, is searched again after `REPLAN_INTERVAL`.
     """
     found, attempt = first_plan(s, context)
-    too_late = schedule.too_late(s, context)
+    too_late = conditions.too_late(s, context)
     if attempt.corridor_infeasible and not (attempt.out_of_time or too_late):
         return replace(s, route=found.route, task=replace(s.task, last_attempt=s.clock.now)), None
     if not attempt.problem:
@@ -264,25 +255,18 @@ def _needs_another_plan(s: ControllerState, context: PlanningContext) -> bool:
     searching = s.plans.suspended is not None and s.task.yielding is None
     if searching and accepted is not None and s.clock.now - accepted > PLAN_AGE:
         return False
-    elsewhere = plan is not None and _ends_elsewhere(s, plan, context)
-    due = s.task.phase is Phase.CONTOURING and schedule.arrives(s, context)
-    return (elsewhere or due) and replan_due(s, context)
-
-
-def _ends_elsewhere(s: ControllerState, plan: Trajectory, context: PlanningContext) -> bool:
-    """Whether an arrival's plan misses its target: it has jumped, or the iterations got stuck."""
     arrives = s.task.arrival is not None and s.task.end is not SegmentEnd.STOP
-    return arrives and context.missed_by(plan)
+    # The target has jumped, or the iterations got stuck.
+    elsewhere = arrives and plan is not None and context.missed_by(plan)
+    due = s.task.phase is Phase.CONTOURING and conditions.arrives(s, context)
+    return (elsewhere or due) and replan_due(s, context)
 
 
 # -- the steps of the fallback --------------------------------------------------------------------------
 
 
 def _accept(
-    s: ControllerState,
-    context: PlanningContext,
-    attempt: SqpResult,
-    solution: Solution | None,
+    s: ControllerState, context: PlanningContext, attempt: SqpResult, solution: Solution | None
 ) -> Driven:
     """Drive the plan of this cycle, unless it must not be. The next cycle resumes `solution`."""
     plan = attempt.plan
@@ -360,16 +344,18 @@ def _follow_plan(
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, uncertain, attempt=attempt, along=plan)
-    verdict = Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context)
-    source = Source.SHIFTED_PLAN if problem else Source.SOLUTION
-    return s, ControlDecision(fallback.follow(plan.controls[0], source), verdict, plan, attempt)
+    verdict, source = Verdict(Reason.DRIVES), Source.SOLUTION
+    if problem:
+        verdict, source = Verdict(Reason.DRIVES_ON, problem), Source.SHIFTED_PLAN
+    elif s.task.stop is not None:
+        verdict = Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context))
+    elif unseen := goal_setpoint.remark(s.goal):
+        verdict = Verdict(Reason.DRIVES_UNSEEN, unseen)
+    return s, ControlDecision(_first_control(plan, source), verdict, plan, attempt)
 
 
-def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
-    unseen = goal_setpoint.remark(s.goal)
-    if s.task.stop is not None:
-        return Verdict(Reason.DRIVES_TO_STOP, what_blocks(s.task.stop, context))
-    return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
+def _first_control(plan: Trajectory, source: Source) -> ControlInput:
+    return ControlInput(float(plan.controls[0, A]), float(plan.controls[0, DELTA_DOT]), source)
 
 
 # -- what is in the way -----------------------------------------------------------------------------------
@@ -379,14 +365,12 @@ def _in_contact(s: ControllerState, context: PlanningContext, overlap: Overlap) 
     """Brake and stand; or creep out, where the settings allow it and no order forbids it."""
     s = transition_on(s, Event.OVERLAP)
     s = replace(s, task=replace(s.task, yielding=Yielding()))
-    motion = None
+    motion, part = None, s.task.segment.index
     if s.task.phase is not Phase.WAITING:
-        motion = escape.escape_motion(
-            context.state, context.start_time, s.area, s.task.segment.index, context.config
-        )
+        motion = escape.escape_motion(context.state, context.start_time, s.area, part, context.config)
     if motion is not None:
         verdict = Verdict(Reason.CREEPS_OUT, str(overlap))
-        return s, ControlDecision(fallback.follow(motion.controls[0], Source.ESCAPE), verdict, motion)
+        return s, ControlDecision(_first_control(motion, Source.ESCAPE), verdict, motion)
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
     shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = context.config.comfort_acceleration if shallow else context.config.limits.acceleration

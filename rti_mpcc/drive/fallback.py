@@ -40,11 +40,6 @@ class ControlInput:
     source: Source
 
 
-def follow(controls: Array, source: Source) -> ControlInput:
-    """Drive the first control (3,) of a plan."""
-    return ControlInput(float(controls[A]), float(controls[DELTA_DOT]), source)
-
-
 def brake(
     state: Array,
     deceleration: float,
@@ -190,10 +185,7 @@ def slowing(context: PlanningContext, plan: Trajectory) -> Trajectory:
 
 
 def braking_in_time(
-    s: ControllerState,
-    context: PlanningContext,
-    wanted: float,
-    along: Trajectory | None = None,
+    s: ControllerState, context: PlanningContext, wanted: float, along: Trajectory | None = None
 ) -> tuple[Trajectory, float]:
     """The gentlest braking that stops before a contact, and its deceleration [m/s²], `wanted` at least.
 

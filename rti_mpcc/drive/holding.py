@@ -20,7 +20,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.drive.fallback import SETTLING_TIME, ControlInput
-from rti_mpcc.model.layout import PHI, V, X, Y
+from rti_mpcc.model.layout import POSE, V
 from rti_mpcc.state import ControllerState, Hold, Phase
 from rti_mpcc.types import Source
 from rti_mpcc.world import standstill
@@ -49,25 +49,20 @@ def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
     hold = s.task.hold
     if hold is None:
-        integral = _balancing(s, context.config)
+        integral = _balancing(s)
         off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
-        hold = Hold(
-            anchor=_anchor(context),
-            since=s.clock.now,
-            balanced=s.clock.now,
-            integral=integral,
-            corrected_by=off,
-        )
+        now = s.clock.now
+        hold = Hold(anchor=_anchor(context), since=now, integral=integral, balanced=now, corrected_by=off)
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
         elif _has_stood(hold, s, context):  # it is held right there
             here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
-            integral = _balancing(s, context.config, lag=STEADY_LAG)
+            integral = _balancing(s, lag=STEADY_LAG)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.clock.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
-        beside, std = s.vehicle.motion.beside(context.config)
+        beside, std = s.vehicle.motion.beside()
         integral = 0.5 * (hold.integral - beside) if std <= KNOWN_ACCELERATION else hold.integral
         hold = replace(hold, integral=integral, balanced=s.clock.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
@@ -83,7 +78,7 @@ def _stays_at_once(hold: Hold, s: ControllerState, context: PlanningContext) -> 
     # An error of the estimated disturbance moves the vehicle by less than half of that.
     if hold.corrected_by > 0.5 * K_P * most or s.vehicle.monitor.sensors.speed.problem:
         return False
-    beside, std = motion.beside(context.config)
+    beside, std = motion.beside()
     if std <= KNOWN_ACCELERATION and abs(beside + hold.integral) > 0.5 * K_P * most + standstill.NOISE * std:
         return False
     if s.vehicle.records[0].corrected and motion.seconds < standstill.WINDOW - 1e-9:
@@ -138,19 +133,18 @@ def not_dead_reckoned(s: ControllerState) -> ControllerState:
 
 def _anchor(context: PlanningContext) -> Pose2:
     """Where the vehicle comes to rest, drawn into the tolerance along its axis."""
-    x, y, phi = context.state[[X, Y, PHI]].tolist()
     ahead, most = context.error.x, ANCHOR_SHARE * context.tolerance[0]
     rest = ahead + float(context.state[V]) * SETTLING_TIME
-    return Pose2(x, y, phi).compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
+    here = Pose2(*context.state[:POSE].tolist())
+    return here.compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
 
 
 def _ahead(hold: Hold, context: PlanningContext) -> float:
     """How far the vehicle is ahead of its anchor along its axis [m]."""
-    x, y, phi = context.state[[X, Y, PHI]].tolist()
-    return Pose2(x, y, phi).relative_to(hold.anchor).x
+    return Pose2(*context.state[:POSE].tolist()).relative_to(hold.anchor).x
 
 
-def _balancing(s: ControllerState, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> float:
+def _balancing(s: ControllerState, lag: float = UNKNOWN_LAG) -> float:
     """Acceleration to be commanded [m/s²] at which the vehicle stays as it is.
 
     By the last moments, or, if they are too noisy, by how the estimate answers the last command.
@@ -161,7 +155,7 @@ def _balancing(s: ControllerState, config: ControllerConfig, lag: float = UNKNOW
     disturbance = s.vehicle.disturbance
     if abs(disturbance.acceleration) <= LEVEL and s.task.hold is None:
         return disturbance.commanded(0.0)
-    beside, std = s.vehicle.motion.beside(config, lag)
+    beside, std = s.vehicle.motion.beside(lag)
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
@@ -186,9 +180,7 @@ def _speed(s: ControllerState, context: PlanningContext) -> float:
 
 def control(hold: Hold, s: ControllerState, context: PlanningContext) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
-    config = context.config
-    e = _ahead(hold, context)
-    v = _speed(s, context)
+    config, e, v = context.config, _ahead(hold, context), _speed(s, context)
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))

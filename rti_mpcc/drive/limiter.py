@@ -88,8 +88,7 @@ CORRECTION = 3.0
 KEPT = 3.0
 """Commands are kept for so long [s]: longer than they are under way, and longer than what they leave acts."""
 FARTHEST_AHEAD = 0.6
-"""Set-points may be ahead of the vehicle by so much time [s] at the comfort acceleration: an unknown lag
-explains as much."""
+"""Set-points may be ahead of the vehicle by this time [s] at comfort acceleration, as by an unknown lag."""
 
 
 def sent(

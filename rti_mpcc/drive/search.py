@@ -1,4 +1,7 @@
-"""Finding a plan: one real-time iteration a cycle, more of them while a plan is not yet fit to be driven."""
+"""Finding a plan: one real-time iteration a cycle, more of them while a plan is not yet fit to be driven.
+
+The search for the first plan of a segment takes several cycles if the time of one is too short.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +13,20 @@ import numpy as np
 
 from rti_mpcc.clock import TIME_IS_UP
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.course import schedule
+from rti_mpcc.course import conditions, route_start
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.course.guess import Course, arrival_guess, cruise_guess
+from rti_mpcc.course.transitions import plan_found
 from rti_mpcc.iteration import DAMPING, DAMPING_SHARE, FIRST_DAMPING, Solution
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.actuators import UNDISTURBED, Disturbance
 from rti_mpcc.model.bicycle import Extremes, extremes
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import apart
 from rti_mpcc.state import ControllerState, Plans, SuspendedSearch
 from rti_mpcc.types import Objective, Trajectory
+from rti_mpcc.world.goals import GOAL_MOVED
 
 ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
 FIRST_ITERATIONS = 3  # from a first guess on, at least; or two, if the second moved the plan < SETTLED
@@ -30,7 +37,10 @@ HEADING_DEFECT = radians(2.0)  # [rad]
 INPUT_EXCESS = 0.02  # of an input limit, by which a solver's answer may pass it before it is cut
 BLOCKED_SLACK = 0.3  # [m] of slack on top of the vehicle's own: a plan with more goes through something
 
+ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
+
 NO_TIME = "the deadline left no time for an iteration"
+BLOCKED = "something blocks the route"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,13 +125,6 @@ def first_iterate(s: ControllerState, context: PlanningContext) -> InitialIterat
     )
 
 
-def further(attempt: SqpResult) -> InitialIterate:
-    """As many iterations again, for a plan that does not reach its target yet."""
-    return InitialIterate(
-        last=attempt.solved, first=True, reaching=True, most=ITERATIONS, damping=FIRST_DAMPING
-    )
-
-
 def converge(s: ControllerState, context: PlanningContext, start: InitialIterate) -> SqpResult:
     """Iterate until the last iterate can be driven, or the time is up."""
     solutions: list[Solution] = []
@@ -201,7 +204,7 @@ def suspended(
 def _first_guess(s: ControllerState, context: PlanningContext) -> Trajectory:
     """The trajectory at which the iterations of the chosen objective start."""
     config, arrival, course = context.config, s.task.arrival, Course(context.mpcc.part, context.target)
-    horizon = config.cruise_horizon if arrival is None else schedule.duration(context)
+    horizon = config.cruise_horizon if arrival is None else conditions.duration(context)
     times = stage_times(context.start_time, stage_lengths(horizon, config.cycle, config.stages))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(course, context.state, times, context.profile, config)
@@ -249,3 +252,92 @@ def _far_ahead(plan: Trajectory, found: Extremes, config: ControllerConfig, dist
     if position > POSITION_DEFECT or heading > HEADING_DEFECT:
         return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
     return ""
+
+
+# -- the first plan of a segment ------------------------------------------------------------------------
+
+
+def first_plan(s: ControllerState, context: PlanningContext) -> tuple[ControllerState, SqpResult]:
+    """The first plan to the end of the course; a search that ran out of time is resumed.
+
+    From rest, a route past what blocks the segment is asked for first; likewise one in place of a plan that
+    may not be driven, or that misses the goal by more than `ACCEPTED_MISS`.
+    """
+    if s.task.stop is not None and s.vehicle.stands and _may_ask(s, context):
+        return _requesting(s.suspending(None), BLOCKED), SqpResult(solutions=(), problem=BLOCKED)
+    started = s.plans.suspended
+    s = conditions.scheduled(s, context)
+    after, attempt = _from_guess(s, context)
+    after = after if attempt.problem else plan_found(after)
+    if attempt.out_of_time or s.task.end is SegmentEnd.STOP or s.route is None or s.route.fixed:
+        return after, attempt
+    arrives = s.task.end is SegmentEnd.GOAL and after.task.arrival is not None
+    if arrives:
+        after, attempt = _reaching(after, attempt, context, started)
+        if attempt.out_of_time:
+            return s.suspending(after.plans.suspended), attempt
+    why = attempt.problem
+    if arrives and not (why or reaches(attempt, context, ACCEPTED_MISS)):
+        why = "the first plan misses the goal"
+    if why and _may_ask(s, context):  # at rest it is waited for, else what was found is driven meanwhile
+        after = _requesting(s.suspending(None) if s.vehicle.stands else after, why)
+    return after, attempt
+
+
+def _may_ask(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether another route from here may be asked for: none was a moment ago."""
+    if s.route is None or s.route.fixed:
+        return False
+    return not route_start.was_searched(s, context.config) if s.vehicle.stands else route_start.on_the_move(s)
+
+
+def _requesting(s: ControllerState, why: str) -> ControllerState:
+    assert s.route is not None
+    return replace(s, route=replace(s.route, request=why))
+
+
+def ends_at_goal(s: ControllerState, context: PlanningContext) -> bool | None:
+    """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
+    s = conditions.scheduled(s.suspending(None), context)
+    if s.task.arrival is None:
+        return None
+    _, attempt = _reaching(*_from_guess(s, context), context, None)
+    return None if attempt.out_of_time else reaches(attempt, context, ACCEPTED_MISS)
+
+
+def _reaching(
+    s: ControllerState, attempt: SqpResult, context: PlanningContext, started: SuspendedSearch | None
+) -> tuple[ControllerState, SqpResult]:
+    """A first plan that misses the goal is iterated further, as many times again."""
+    before = 0 if started is None else started.iterations
+    missed = attempt.fits and not reaches(attempt, context)
+    if not missed or before + len(attempt.solutions) >= 2 * ITERATIONS:
+        return s, attempt
+    further = InitialIterate(
+        last=attempt.solved, first=True, reaching=True, most=ITERATIONS, damping=FIRST_DAMPING
+    )
+    more = converge(s, context, further)
+    attempt = replace(more, solutions=(*attempt.solutions, *more.solutions))
+    return suspended(s.iterated(more.solved), context, attempt, before), attempt
+
+
+def _from_guess(s: ControllerState, context: PlanningContext) -> tuple[ControllerState, SqpResult]:
+    """Iterate from a first guess, or resume the suspended"""
+    attempt = converge(s, context, first_iterate(s, context))
+    return suspended(s.iterated(attempt.solved), context, attempt), attempt
+
+
+def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the last segment of a path is checked before its first: at rest, for a new goal. A goal beside
+    the path's end can be out of reach from there."""
+    route, task, measured = s.route, s.task, s.vehicle.monitor.state
+    begins = task.stop is None and len(task.later) > 0
+    if route is None or measured is None or not (begins and config.objective.arrives_at_goal):
+        return False
+    if s.on_planned_route or route.replan_reason or s.goal.rejected:
+        return False
+    goal, stands = s.goal_pose, abs(float(measured[V])) <= config.rest_speed
+    if goal is None or not stands:
+        return False
+    before = route.goal_checked
+    return before is None or apart(goal, before) > config.size * GOAL_MOVED[0]

@@ -156,9 +156,8 @@ class Dock(DrivingStep):
         goal = known or (None if s.route is None else s.route.end)
         if goal is None:
             return Started(mission_state, Stand(), problem="no goal was given")
-        mission_state = mission_state.at(
-            DockState(dock=self, place=mission_state.pending[0].place, pose=goal, body_at=goal)
-        )
+        dock_state = DockState(dock=self, place=mission_state.pending[0].place, pose=goal, body_at=goal)
+        mission_state = mission_state.at(dock_state)
         terms = GoalTerms(
             tolerance=self.tolerance,
             detected=None if self.kind is None else self.kind is not DockKind.KNOWN,

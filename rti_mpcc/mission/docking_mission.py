@@ -25,8 +25,7 @@ from rti_mpcc.world import perception
 from rti_mpcc.world.monitor import FARTHEST, LARGEST_HEADING
 
 _BODY_MOVED = (0.1, 0.1, 0.05)
-"""A body is moved with its dock where that is detected farther than this from it: longitudinal [m],
-lateral [m], heading [rad]."""
+"""A body moves with a dock detected farther from it: longitudinal [m], lateral [m], heading [rad]."""
 
 _log = logging.getLogger(__name__)
 
@@ -51,11 +50,7 @@ class DockingMission:
 
     @validated()
     def __init__(
-        self,
-        controller: DockingController,
-        steps: Sequence[Step],
-        *,
-        home: DriveTo | Pose2 | None = None,
+        self, controller: DockingController, steps: Sequence[Step], *, home: DriveTo | Pose2 | None = None
     ) -> None:
         self.controller, self.steps = controller, tuple(steps)
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
@@ -223,10 +218,8 @@ class DockingMission:
 
     def _obstacles(self, given: Sequence[ArrayLike] | None) -> Sequence[ArrayLike] | None:
         """Obstacles for the controller: those that were given last, and the bodies of docks."""
-        mission_state = self.mission_state
-        mission_state = replace(
-            mission_state, dock_state=mission_state.dock_state and self._detected(mission_state.dock_state)
-        )
+        dock_state = self.mission_state.dock_state
+        mission_state = replace(self.mission_state, dock_state=dock_state and self._detected(dock_state))
         bodies = mission_state.standing
         if given is not None:
             # An input that is no list stays as it is: the controller refuses it.
@@ -259,15 +252,11 @@ class DockingMission:
     def _report(self, pending: PendingStep | None) -> MissionReport:
         """The progress; `pending` was under way in this cycle, or is to start; None: no step was left."""
         mission_state = self.mission_state
-        last = mission_state.log[-1] if mission_state.log else None
+        last, now = mission_state.log[-1] if mission_state.log else None, self.controller.state.clock.now
         if pending is not None:
-            ended = (
-                mission_state.started is None
-                and last is not None
-                and last.end == self.controller.state.clock.now
-            )
-            result = last.result if ended and last is not None else MissionResult.RUNNING
             place, kind, attempt = pending.place, pending.step.word, pending.attempt
+            ended = last is not None and mission_state.started is None and last.end == now
+            result = last.result if last is not None and ended else MissionResult.RUNNING
         elif last is not None:
             place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
         else:  # it was cancelled before any step was started

@@ -82,11 +82,15 @@ def _after_failure(
     home: Step | None,
     back_off: float,
 ) -> MissionState:
-    pending = mission_state.pending[0]
+    pending, *later = mission_state.pending
     if pending.attempt < pending.step.retries:
-        return replace(mission_state, pending=_again(mission_state, steps, back_off))
-    if pending.step.then == "continue" and len(mission_state.pending) > 1:
-        return replace(mission_state, pending=mission_state.pending[1:])
+        place = pending.place if pending.step.retry_from is None else pending.step.retry_from
+        repeated = [PendingStep(step=steps[k], place=k) for k in range(place, pending.place)]
+        first, *rest = [*repeated, replace(pending, attempt=pending.attempt + 1)]
+        before = first.step.before_retry(first, mission_state, back_off)
+        return replace(mission_state, pending=(*before, *rest, *later))
+    if pending.step.then == "continue" and later:
+        return replace(mission_state, pending=tuple(later))
     left: tuple[PendingStep, ...] = ()
     if pending.step.then == "home" and home is not None and pending.step is not home:
         left = (PendingStep(step=home, place=pending.place),)
@@ -95,15 +99,6 @@ def _after_failure(
         pending=left,
         result=result if mission_state.result is MissionResult.RUNNING else mission_state.result,
     )
-
-
-def _again(mission_state: MissionState, steps: tuple[Step, ...], back_off: float) -> tuple[PendingStep, ...]:
-    """The steps that are due if the first one is tried once more."""
-    pending, *later = mission_state.pending
-    place = pending.place if pending.step.retry_from is None else pending.step.retry_from
-    repeated = [PendingStep(step=steps[k], place=k) for k in range(place, pending.place)]
-    first, *rest = [*repeated, replace(pending, attempt=pending.attempt + 1)]
-    return (*first.step.before_retry(first, mission_state, back_off), *rest, *later)
 
 
 def _closed(outcome: StepOutcome, now: float) -> MissionState:

@@ -119,8 +119,7 @@ class Step(Validated):
 
     Attributes:
         timeout: time after which the step has failed [s].
-        patience: and the time without progress [s]: it is blocked, there is no plan or no route, or the goal
-            is not seen.
+        patience: and the time without progress [s]: blocked, without a plan or route, or the goal not seen.
         retries: number of times that it is tried again.
         retry_from: place in the mission of the step from which it is tried again, an earlier one or its own;
             None: its own.

@@ -96,8 +96,7 @@ def undock_ends(here: Pose2, distance: float, area: Area, config: ControllerConf
     direction may lead there. Of those that keep as much the straighter ones come first.
 
     Args:
-        here: where the vehicle stands; distance: along the route [m], negative in reverse; area: all that is
-            solid.
+        here: of the vehicle; distance: along the route [m], negative in reverse; area: all that is solid.
     """
     clearance, body = config.clearance, body_of(config.vehicle)
 

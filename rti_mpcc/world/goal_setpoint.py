@@ -1,4 +1,4 @@
-"""The goal setpoint while detections tell the goal: it follows their estimate at a bounded rate."""
+"""The goal setpoint: a noisy given goal is averaged, detections are followed at a bounded rate."""
 
 from __future__ import annotations
 
@@ -16,10 +16,24 @@ from rti_mpcc.world.world import GoalState, World
 
 _SPEED, _TURN_RATE = 3.0, 1.5  # at most, of the goal setpoint towards the estimate [m/s], [rad/s]
 _LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
-_CERTAINTY = 2.0
-"""A goal that is LOST may still be docked at while so many standard deviations of its estimate fit the goal
-tolerance."""
+_CERTAINTY = 2.0  # standard deviations that fit the goal tolerance: a goal that is LOST may be docked at
+NOISE, NOISE_HEADING = 0.15, 0.1  # [m], [rad] from the present goal: noise; five times a deviation of 3 cm
+NOISE_TIME = 0.5  # [s] of their mean: a goal that moves by 0.3 m/s is followed 0.15 m behind
 _TURNING = 0.02  # [rad/s], of a dock that is said to turn
+
+
+def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
+    """The goal to plan for, where `came` was given after `before` and `planned` is the present one.
+
+    A noisy goal, given in each cycle, is averaged; one given twice, or one that has jumped, is not.
+    """
+    if planned is None or came in (before, planned):
+        return came
+    off, share = came.relative_to(planned), min(cycle / NOISE_TIME, 1.0)
+    if hypot(off.x, off.y) > NOISE or abs(off.phi) > NOISE_HEADING:
+        return came
+    x, y = planned.x + share * (came.x - planned.x), planned.y + share * (came.y - planned.y)
+    return Pose2(x, y, planned.phi + share * off.phi)
 
 
 def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
@@ -30,17 +44,11 @@ def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
     """
     if goal.planned is None:
         return None if end is None else GoalPrior(pose=end)
+    position, heading = goal.terms.uncertainty or GOAL_MOVED
+    known = GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
     if goal.terms.uncertainty is None:
-        position, heading = GOAL_MOVED
-        return GoalPrior(pose=goal.planned, expected_position=position, expected_heading=heading)
-    position, heading = goal.terms.uncertainty
-    return GoalPrior(
-        pose=goal.planned,
-        position=position,
-        heading=min(heading, 0.5 * pi),
-        expected_position=position,
-        expected_heading=heading,
-    )
+        return known
+    return replace(known, position=position, heading=min(heading, 0.5 * pi))
 
 
 def rate_limited_goal(

@@ -23,10 +23,6 @@ IN_DEGREES = pi / 6.0  # [rad] from the path's heading: a refused heading this n
 ODD = 0.2  # [rad] from the path's heading: a heading that is not refused is suspected of it
 SURELY_IN_DEGREES = 0.1  # [rad]: if it is within this, read in degrees
 
-NOISE, NOISE_HEADING = 0.15, 0.1
-"""So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
-3 cm."""
-NOISE_TIME = 0.5  # [s] of their mean: a goal that moves by 0.3 m/s is followed 0.15 m behind
 GOAL_MOVED = (1.0, 0.35)
 """A goal that moved farther than this from the one planned for is planned for again [m], [rad]."""
 
@@ -66,24 +62,9 @@ def checked_goal(
         return GoalFit(pose=goal, problem=_joined(problem, hint))
     clearance = _clearance(goal, path, corridor, vehicle)
     if clearance < 0.0:
-        return GoalFit(
-            pose=goal, problem=_joined(f"the body there {_crossing(clearance)}", hint), clearance=clearance
-        )
+        problem = _joined(f"the body there {_crossing(clearance)}", hint)
+        return GoalFit(pose=goal, problem=problem, clearance=clearance)
     return GoalFit(pose=goal, remark=_joined(_tight(clearance, margin), hint), clearance=clearance)
-
-
-def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
-    """The goal to plan for, where `came` was given after `before` and `planned` is the present one.
-
-    A noisy goal, given in each cycle, is averaged; one given twice, or one that has jumped, is not.
-    """
-    if planned is None or came in (before, planned):
-        return came
-    off, share = came.relative_to(planned), min(cycle / NOISE_TIME, 1.0)
-    if hypot(off.x, off.y) > NOISE or abs(off.phi) > NOISE_HEADING:
-        return came
-    x, y = planned.x + share * (came.x - planned.x), planned.y + share * (came.y - planned.y)
-    return Pose2(x, y, planned.phi + share * off.phi)
 
 
 def checked_again(

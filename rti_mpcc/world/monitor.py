@@ -12,14 +12,13 @@ vehicle has moved as its sensors say.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite, pi, remainder
 
 import numpy as np
 
 from estimation import MeasurementNoise
-from estimation.odometry import AT, CommandedChange, Geometry, with_commands
+from estimation.odometry import AT, CommandedChange, Geometry
 from estimation.sensors import Sensors, compare_sensors
 from estimation.vehicle_filter import Elapsed, filtered
 from rti_mpcc.config import ControllerConfig
@@ -97,19 +96,6 @@ class StateMonitor:
         usable_measurement = self.measured.copy()
         usable_measurement[V] = np.nan
         return usable_measurement
-
-    def with_commands(self, rates: Callable[[float, float], tuple[float, float]]) -> StateMonitor:
-        """With commands that turn out to act at other times, see `estimation.odometry.with_commands`."""
-        if self.sensors.track is None:
-            return self
-        track = with_commands(self.sensors.track, rates)
-        return replace(self, sensors=self.sensors._replace(track=track))
-
-    def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
-        """With a `problem` that has nothing to do with the vehicle's state."""
-        if self.doubt:
-            return self
-        return replace(self, doubt=problem, since=last.since if last.doubt else self.at)
 
 
 def validate_measurement(

@@ -71,8 +71,9 @@ class Perception:
             s, monitor, corrected = vehicle.correct_actuators(s, monitor, records, answer, config)
             moved = s.vehicle.motion.noted(monitor, config)
         known = vehicle.learnt(s, monitor, moved, records[0], holds, config)
-        if area.unreadable:
-            monitor = monitor.doubting(area.unreadable, last.monitor)
+        if area.unreadable and not monitor.doubt:
+            since = last.monitor.since if last.monitor.doubt else clock.now
+            monitor = replace(monitor, doubt=area.unreadable, since=since)
         hint = last.heading_hint
         if hint or last.monitor.state is None:
             hint = _heading_hint(s, monitor, part)
@@ -183,11 +184,11 @@ def goal_in(
     other came, is taken as it is."""
     taken, came, refusal, given_fit = None, known.given, known.refusal, known.given_fit
     averaged_at = known.averaged_at
-    if given is None and averaged_at is not None and now - averaged_at >= goals.NOISE_TIME:
+    if given is None and averaged_at is not None and now - averaged_at >= goal_setpoint.NOISE_TIME:
         given = known.given
     if given is not None:
         came, refusal = usable_goal(given)
-        goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
+        goal = came and goal_setpoint.steadied(came, known.given, known.planned, config.cycle)
         averaged_at = None if goal == came else now
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)

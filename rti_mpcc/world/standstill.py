@@ -69,8 +69,7 @@ class AxisMotion:
         moments: of the last `WINDOW`.
         pose: the last one, x [m], y [m], heading [rad].
         noise: of the measurements.
-        unseen: speed of a vehicle that is measured to stand, by its poses [m/s]; 0 if it is slow, or if noise
-            may be all of it.
+        unseen: speed by poses of a vehicle that is measured to stand [m/s]; 0 if it is slow, or may be noise.
     """
 
     moments: tuple[AxisReading, ...] = ()
@@ -148,13 +147,9 @@ class AxisMotion:
             return 0.0, inf
         return expected - now.speed, sqrt(2.0) * self.noise.along / seconds
 
-    def pose_speed(self, seconds: float = WINDOW) -> tuple[float, float]:
-        """Mean speed by the poses of the last `seconds` [m/s], and its standard deviation."""
-        return _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
-
     def speed_beyond_noise(self, seconds: float) -> float:
-        """The same [m/s], less what noise explains."""
-        speed, std = self.pose_speed(seconds)
+        """Mean speed by the poses of the last `seconds` [m/s], less what noise explains."""
+        speed, std = _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
         return max(abs(speed) - NOISE * std, 0.0)
 
     def gained(self, seconds: float) -> float:
@@ -187,7 +182,7 @@ class AxisMotion:
         """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""
         return self.moments[-1].coming if self.moments else inf
 
-    def beside(self, config: ControllerConfig, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
+    def beside(self, lag: float = UNKNOWN_LAG) -> tuple[float, float]:
         """Acceleration that acts beside the commands [m/s²], and its standard deviation.
 
         By poses or speeds of the last `WINDOW`, whichever are less noisy; inf if too little is known. A speed
@@ -197,9 +192,8 @@ class AxisMotion:
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
         t = np.array([m.at - self.moments[-1].at for m in self.moments])
-        driven, planned, speeds, gained = np.array(
-            [(m.driven, m.planned, m.speed, m.gained) for m in self.moments]
-        ).T
+        known = np.array([(m.driven, m.planned, m.speed, m.gained) for m in self.moments])
+        driven, planned, speeds, gained = known.T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise.along, lag)
         if self.unseen != 0.0 or len({m.measured for m in self.moments}) == 1:

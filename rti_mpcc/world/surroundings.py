@@ -211,7 +211,8 @@ class TrackedObstacle:
             return new
         if not new.stated:
             new = self._moved(replace(new, seen=(*before, *new.seen)))
-        kept = not (new.moves or self.moves) and is_same(self.shape, new.shape, MOVED)
+        stands = not (new.moves or self.moves)
+        kept = stands and shapely.hausdorff_distance(self.shape, new.shape) <= MOVED
         return replace(new, outline=self.outline, checked=self.checked) if kept else new
 
     def seen_again(self, index: int, now: float, last: float) -> TrackedObstacle:
@@ -342,11 +343,6 @@ def _states_motion(given: ArrayLike) -> bool:
     return isinstance(given, Obstacle) and given.velocity is not None
 
 
-def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool:
-    """Whether no point of either is farther than `most` [m] from the other."""
-    return bool(shapely.hausdorff_distance(one, other) <= most)
-
-
 def obstacles_changed(
     before: Sequence[TrackedObstacle], now: Sequence[TrackedObstacle], least: float
 ) -> bool:
@@ -354,7 +350,7 @@ def obstacles_changed(
     one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
     if one.is_empty or other.is_empty:
         return bool(one.is_empty != other.is_empty)
-    return not is_same(one, other, least)
+    return bool(shapely.hausdorff_distance(one, other) > least)
 
 
 def _match(

@@ -17,6 +17,7 @@ from estimation.actuators import (
     noted,
 )
 from estimation.disturbance import Motion, first_estimate, unseated, updated
+from estimation.odometry import with_commands
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.actuators import (
     Actuator,
@@ -105,7 +106,11 @@ def correct_actuators(
     # The motion of the last moments was told by other commands.
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
-    return s, monitor.with_commands(lambda begin, end: mean_rates(acted, begin, end)), remark
+    track = monitor.sensors.track
+    if track is not None:
+        track = with_commands(track, lambda begin, end: mean_rates(acted, begin, end))
+        monitor = replace(monitor, sensors=monitor.sensors._replace(track=track))
+    return s, monitor, remark
 
 
 def _remarks(before: VehicleEstimate, records: Records, found: Actuators) -> list[str]:

@@ -96,8 +96,7 @@ class GoalState:
 
     Attributes:
         planned: the user's goal pose, or None for the path's last pose; dock: the first one of its dock.
-        given: the user's goal as it was given last; averaged_at: when that was averaged [s], or None: see
-            `goals.steadied`.
+        given: the user's goal as given last; averaged_at: when it was averaged [s] (`steadied`), or None.
         fit, given_fit: the checks of the planned goal and of the given one; None: not checked yet.
         origin: of the planned goal; refusal: why the given goal was rejected, or "".
         pose: the setpoint: `planned`, or by detections; None for the path's last pose.
