@@ -168,11 +168,12 @@ def _wait(s: ControllerState, context: PlanningContext) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext) -> Driven:
-    if s.task.stop is not None:
-        return _stop(s, context, Verdict(Reason.STANDS_BEFORE_OBSTACLE, what_blocks(s.task.stop, context)))
+    if s.task.end is SegmentEnd.GOAL:
+        return _hold_at_goal(s, context)
     if s.task.end is SegmentEnd.CUSP:
         return _stop(s, context, Verdict(Reason.STANDS_AT_CUSP))
-    return _hold_at_goal(s, context)
+    blocked = "" if s.task.stop is None else what_blocks(s.task.stop, context)
+    return _stop(s, context, Verdict(Reason.STANDS_BEFORE_OBSTACLE, blocked))
 
 
 def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
