@@ -14,14 +14,13 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import sqrt
+from math import log, sqrt
 from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from estimation.actuators import noise_variance
 from geometry import Area, Corridor, CorridorError, ReferencePath
 from geometry.arrays import locked
 from geometry.corridor import with_shapes
@@ -152,7 +151,7 @@ CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was st
 FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
 JUMP = 0.2  # [m] by which noise may put a middle elsewhere, at most
 SIGMAS = 7.0  # by which the difference of two middles exceeds their noise: once in 200,000
-NOISE_MOMENTS = 20.0  # over which that noise is averaged
+NOISE_READINGS = 20  # by which that noise is known, at most
 FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
 
 ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
@@ -168,7 +167,8 @@ class TrackedObstacle:
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
         velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
-        noise: variance of its middle along an axis, from one moment to the next while it stands [m²].
+        readings: (x [m], y [m]) of its middle when it was last seen anew; a map that is slower than the
+            cycles gives each of them several times.
         stated: its motion was given with it; name: in reasons, or "".
     """
 
@@ -180,7 +180,7 @@ class TrackedObstacle:
     moves: bool = False
     still_since: float | None = None
     turn_rate: float = 0.0
-    noise: float = 0.0
+    readings: tuple[tuple[float, float], ...] = ()
     stated: bool = False
     name: str = ""
 
@@ -232,15 +232,24 @@ class TrackedObstacle:
         (since, *first), (now, *last) = new.seen[0], new.seen[-1]
         moved = np.subtract(last, first)
         distance = float(np.hypot(*moved))
-        displaced = distance > min(max(MOVED, SIGMAS * sqrt(self.noise)), JUMP)
+        displaced = distance > MOVED and distance > min(SIGMAS * self._noise(), JUMP)
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
+        readings, here = self.readings, (last[0], last[1])
+        if readings[-1:] != (here,):
+            readings = (*readings, here)[-NOISE_READINGS:]
         if still and not displaced:
-            noise = noise_variance(np.array(new.seen[-3:])[:, 1:])
-            noise = self.noise + (noise - self.noise) / NOISE_MOMENTS
-            return replace(new, velocity=np.zeros(2), moves=False, still_since=None, noise=noise)
+            return replace(new, velocity=np.zeros(2), moves=False, still_since=None, readings=readings)
         velocity = moved / max(now - since, distance / FASTEST)
-        return replace(new, velocity=velocity, moves=True, still_since=since_when, noise=self.noise)
+        return replace(new, velocity=velocity, moves=True, still_since=since_when, readings=readings)
+
+    def _noise(self) -> float:
+        """Standard deviation of the readings along an axis [m], by the median of their second differences:
+        neither an even motion nor a sudden one changes it much."""
+        if len(self.readings) < 3:
+            return 0.0
+        second = np.diff(self.readings, 2, axis=0)
+        return sqrt(float(np.median((second**2).sum(axis=1))) / (12.0 * log(2.0)))
 
     @property
     def shape(self) -> Shape:
