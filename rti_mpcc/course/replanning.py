@@ -35,6 +35,7 @@ from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
 """Planning goes on while vehicle and goal moved by less: longitudinal [m], lateral [m], heading [rad]."""
+_PATIENCE = 1.0  # [s] that a search lasts at least although obstacles change; after each lost one twice that
 _JOIN_AFTER = 1.0  # [s] ahead of the vehicle, where a route that is joined without a stop starts
 _SLICES = 3  # of planning in one cycle, at most
 _SLICES_AT_REST = 9  # of a vehicle that stands and waits for its route
@@ -61,11 +62,13 @@ class ReplanRequest:
     incoming: tuple[float, float] = (0.0, 0.0)
     stopping: float = 0.0
 
-    def matches(self, other: ReplanRequest, most: tuple[float, float, float], least: float) -> bool:
-        """Whether a route for this request serves the other one as well."""
-        near = other.start.relative_to(self.start).within(most)
+    def matches(self, other: ReplanRequest, most: tuple[float, float, float]) -> bool:
+        """Whether a route for this request begins and ends where one for the other does, to within `most`."""
         both = (self.at is None) == (other.at is None)
-        return near and both and self.is_for(other.goal, other.area, most, least)
+        return both and all(
+            there.relative_to(here).within(most)
+            for here, there in ((self.start, other.start), (self.goal, other.goal))
+        )
 
     def is_joined_by(self, found: Manoeuvre) -> bool:
         """Whether a vehicle that drives there can join the route, and brake in comfort on it."""
@@ -74,12 +77,11 @@ class ReplanRequest:
         first = found.segments[0].part
         return first.direction == self.incoming[0] and first.end - first.start >= self.stopping
 
-    def is_for(self, goal: Pose2, area: Surroundings, most: tuple[float, float, float], least: float) -> bool:
-        """Whether the goal is the same to within `most`, and static obstacles to `least` [m]."""
-        if not goal.relative_to(self.goal).within(most):
+    def has_changed(self, area: Surroundings, most: float) -> bool:
+        """Whether static obstacles are elsewhere by more than `most` [m] than they were for this request."""
+        if self.area.changes == area.changes:
             return False
-        same = self.area.changes == area.changes
-        return same or not obstacles_changed(self.area.tracked.standing, area.tracked.standing, least)
+        return obstacles_changed(self.area.tracked.standing, area.tracked.standing, most)
 
 
 class Replanner:
@@ -90,6 +92,7 @@ class Replanner:
         self._request: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
         self._outdated = False  # the search was started in another area
+        self._since, self._patience = 0.0, _PATIENCE  # [s] when it was started, and for how long at least
 
     def __getstate__(self) -> dict[str, object]:
         """All but the search, which a copy starts again."""
@@ -161,8 +164,12 @@ class Replanner:
         request, route = self._needed(s), s.route
         if request is None or route is None:
             return s
-        margin = self._config.clearance.wanted
-        if self._request is None or not self._request.matches(request, _UNMOVED, margin):
+        last, margin, now = self._request, self._config.clearance.wanted, s.clock.now
+        same = last is not None and last.matches(request, _UNMOVED)
+        lasted = now - self._since >= self._patience
+        dropped = last is not None and same and lasted and last.has_changed(s.area, margin)
+        if not same or dropped:
+            self._since, self._patience = now, 2.0 * self._patience if dropped else _PATIENCE
             known = self.area_known(s)
             self._request = request
             # A vehicle that has driven and asks is not well inside: it has to get there.
@@ -241,7 +248,8 @@ class Replanner:
     def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
         """From where the vehicle will be soon, or will stand."""
         last, config, stop = self._request, self._config, s.task.stop
-        if last is not None and last.is_for(goal, s.area, _UNMOVED, config.clearance.wanted):
+        same = last is not None and goal.relative_to(last.goal).within(_UNMOVED)
+        if last is not None and same and not last.has_changed(s.area, config.clearance.wanted):
             if last.at is not None and s.clock.now <= last.at:
                 return last
             # The route came too late: once more with twice the time, if the vehicle drives by then.
@@ -255,24 +263,19 @@ class Replanner:
         part = s.task.segment.part
         return ReplanRequest(start=part.pose(min(stop.at, part.end)), goal=goal, area=s.area)
 
-    def _found(self) -> Manoeuvre | None:
-        """The result of the search; None: none yet, or none that is clear in the present area."""
-        found = None if self._planning is None else self._planning.manoeuvre
-        if found is None or not self._outdated:
-            return found
-        self._outdated = False
-        if found.found and route_start.is_clear(found, self._area, self._config):
-            return found
-        self.forget()
-        return None
-
     def _with_result(self, s: ControllerState) -> ControllerState:
         """With the route that was found for where the vehicle is, or the reason why there is none."""
-        found, route, config = self._found(), s.route, self._config
-        if found is None or route is None or self._request is None:
+        found = None if self._planning is None else self._planning.manoeuvre
+        last, route, config = self._request, s.route, self._config
+        if found is None or route is None or last is None:
             return s
-        request, near = self._needed(s), route_start.near_enough(config)
-        if request is None or not self._request.matches(request, near, config.clearance.wanted):
+        if self._outdated or last.has_changed(s.area, config.clearance.wanted):
+            if not (found.found and route_start.is_clear(found, self.area_known(s), config)):
+                self.forget()
+                return s
+            self._outdated = False
+        request = self._needed(s)
+        if request is None or not last.matches(request, route_start.near_enough(config)):
             return s
         planning = s.task.phase is Phase.PLANNING
         updated = replace(route, manoeuvre=found, changes=s.area.changes)
