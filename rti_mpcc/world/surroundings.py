@@ -201,8 +201,8 @@ class TrackedObstacle:
 
     @property
     def settled(self) -> bool:
-        """Whether it stays the same if it is given again at its place."""
-        return not (self.moves or self.stated) and self.seen[0][1:] == self.seen[-1][1:]
+        """Whether it stays the same if it is given again as it is: that tells nothing new of its motion."""
+        return not (self.moves or self.stated)
 
     def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
         """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
