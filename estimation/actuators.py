@@ -148,7 +148,7 @@ def compare_models(
     """The models compared with the `present` one, (dead time, lag) [s], at `at` [s]; the one to change to, or
     None."""
     values, count = record.measured[:, VALUE], len(record.measured)
-    noise, least = noise_variance(values), (0.3 * scale.least) ** 2
+    noise, least = _noise_variance(values), (0.3 * scale.least) ** 2
     dead_times, near = _bank(present, record.lags)
     stamps, answered = _answered(record, at)
     gone = int(stamps.searchsorted(stamps[-2] - MEMORY - 1.0))
@@ -222,13 +222,10 @@ def _bank(present: tuple[float, float], lags: Array) -> tuple[Array, NDArray[np.
     return dead_times, np.asarray(each & (total <= max(NEAR, total[each].min())))
 
 
-def noise_variance(measured: Array) -> float:
-    """Variance of the noise of values (n,) or (n, axes), by their second differences: motion has hardly any.
-
-    0 for fewer than three.
-    """
-    second = np.diff(measured, 2, axis=0)
-    return float(np.vdot(second, second)) / max(6.0 * second.size, 1.0)
+def _noise_variance(measured: Array) -> float:
+    """Variance of the noise of values (n,), by their second differences: motion has hardly any."""
+    second = np.diff(measured, 2)
+    return float(second @ second) / (6.0 * len(second))
 
 
 def mean_rate(record: ActuatorRecord, model: tuple[float, float], begin: float, end: float) -> float | None:

@@ -68,8 +68,8 @@ def _key(given: str) -> tuple[str, object]:
     except tomllib.TOMLDecodeError:
         if value.isidentifier():
             return key.strip(), value
-        usual = f"{given!r} must be KEY=VALUE, such as weights.contouring=5"
-        raise argparse.ArgumentTypeError(usual) from None
+        problem = f"{given!r} must be KEY=VALUE, such as weights.contouring=5"
+        raise argparse.ArgumentTypeError(problem) from None
 
 
 def _run(arguments: argparse.Namespace) -> int:

@@ -64,11 +64,9 @@ class ReplanRequest:
 
     def matches(self, other: ReplanRequest, most: tuple[float, float, float]) -> bool:
         """Whether a route for this request begins and ends where one for the other does, to within `most`."""
+        near = other.start.relative_to(self.start).within(most)
         both = (self.at is None) == (other.at is None)
-        return both and all(
-            there.relative_to(here).within(most)
-            for here, there in ((self.start, other.start), (self.goal, other.goal))
-        )
+        return near and both and self.is_for(other.goal, most)
 
     def is_joined_by(self, found: Manoeuvre) -> bool:
         """Whether a vehicle that drives there can join the route, and brake in comfort on it."""
@@ -76,6 +74,10 @@ class ReplanRequest:
             return False
         first = found.segments[0].part
         return first.direction == self.incoming[0] and first.end - first.start >= self.stopping
+
+    def is_for(self, goal: Pose2, most: tuple[float, float, float]) -> bool:
+        """Whether the goal is the same to within `most`."""
+        return goal.relative_to(self.goal).within(most)
 
     def has_changed(self, area: Surroundings, most: float) -> bool:
         """Whether static obstacles are elsewhere by more than `most` [m] than they were for this request."""
@@ -248,8 +250,8 @@ class Replanner:
     def _ahead(self, s: ControllerState, goal: Pose2) -> ReplanRequest | None:
         """From where the vehicle will be soon, or will stand."""
         last, config, stop = self._request, self._config, s.task.stop
-        same = last is not None and goal.relative_to(last.goal).within(_UNMOVED)
-        if last is not None and same and not last.has_changed(s.area, config.clearance.wanted):
+        margin = config.clearance.wanted
+        if last is not None and last.is_for(goal, _UNMOVED) and not last.has_changed(s.area, margin):
             if last.at is not None and s.clock.now <= last.at:
                 return last
             # The route came too late: once more with twice the time, if the vehicle drives by then.

@@ -322,7 +322,7 @@ def _reaching(
 
 
 def _from_guess(s: ControllerState, context: PlanningContext) -> tuple[ControllerState, SqpResult]:
-    """Iterate from a first guess, or resume the suspended"""
+    """Iterate from a first guess, or resume the suspended search."""
     attempt = converge(s, context, first_iterate(s, context))
     return suspended(s.iterated(attempt.solved), context, attempt), attempt
 

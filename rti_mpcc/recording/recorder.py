@@ -76,10 +76,16 @@ class Recorder:
             Cycle, VehicleState, Pose2 | None, tuple[GoalMeasurement, ...], tuple[Array, ...] | None, Area
         )
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
-        made: dict[str, Any] = {"config": core.config, "path": core.state.path, "corridor": core.corridor}
-        if isinstance(controller, DockingMission):
-            made |= {"steps": controller.steps, "home": controller.home}
-        self._write(Header(machine=Machine.here(), **made))
+        mission = controller if isinstance(controller, DockingMission) else None
+        header = Header(
+            machine=Machine.here(),
+            config=core.config,
+            path=core.state.path,
+            corridor=core.corridor,
+            steps=None if mission is None else mission.steps,
+            home=None if mission is None else mission.home,
+        )
+        self._write(header)
 
     def step(
         self,

@@ -128,9 +128,8 @@ def issue(
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
-    highest, fastest = parameters.acceleration_limit, parameters.steering_rate_limit
-    acceleration = min(max(acceleration, -highest), highest) * parameters.acceleration_gain
-    steering_rate = min(max(steering_rate, -fastest), fastest)
+    acceleration = _clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain
+    steering_rate = _clip(steering_rate, parameters.steering_rate_limit)
     begin = plant.time + parameters.dead_time + delay
     place = sum(time <= begin + SAME_TIME for time, _ in plant.pending)
     queued = begin, (acceleration, steering_rate)
@@ -224,3 +223,7 @@ def _integrate(
         v=plant.v + a * h,
         delta=copysign(parameters.steering_limit, rate) if at_stop else plant.delta + rate * h,
     )
+
+
+def _clip(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

@@ -65,15 +65,25 @@ class Truth:
 
 
 Cycles = np.recarray[Any, Any]  # the table of the cycles, see `cycle_table`
-_COMMAND: dict[str, type] = {
-    **dict.fromkeys(("acceleration", "steering_rate", "speed", "steering"), float),
-    **dict.fromkeys(("status", "source"), object),
+_COMMAND = {
+    "acceleration": float,
+    "steering_rate": float,
+    "speed": float,
+    "steering": float,
+    "status": object,
+    "source": object,
 }
-_DIAGNOSTICS: dict[str, type] = {
-    **dict.fromkeys(("objective", "cause", "reason", "goal", "detections"), object),
-    **dict.fromkeys(("failed", "interior_point", "deadline_missed"), bool),
+_DIAGNOSTICS = {
+    "objective": object,
+    "cause": object,
+    "reason": object,
     "iterations": int,
+    "failed": bool,
+    "interior_point": bool,
+    "deadline_missed": bool,
     "feedback_ms": float,
+    "goal": object,
+    "detections": object,
 }
 
 
