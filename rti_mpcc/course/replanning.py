@@ -27,7 +27,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.objectives import apart
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.state import ControllerState, Phase
+from rti_mpcc.state import ControllerState, Phase, RouteState
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.goals import GOAL_MOVED
 from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
@@ -93,23 +93,24 @@ class Replanner:
         self._area, self._config = area, config
         self._request: ReplanRequest | None = None
         self._planning: RoutePlanning | None = None
-        self._outdated = False  # the search was started in another area
-        self._since, self._patience = 0.0, _PATIENCE  # [s] when it was started, and for how long at least
+        self._outdated = self._near = False  # the area has changed since the search began, and near it
+        self._since, self._patience = 0.0, _PATIENCE  # [s] when it began, and how long it lasts at least
 
     def __getstate__(self) -> dict[str, object]:
         """All but the search, which a copy starts again."""
-        return {**self.__dict__, "_request": None, "_planning": None, "_outdated": False}
+        fresh = {"_request": None, "_planning": None, "_outdated": False, "_near": False}
+        return {**self.__dict__, **fresh}
 
     def forget(self) -> None:
         """Drop the search."""
         self._request = self._planning = None
-        self._outdated = False
+        self._outdated = self._near = False
 
     def in_another(self, s: ControllerState, area: Area) -> ControllerState:
         """The state in another area; what differs by `MOVED` at most is no change.
 
-        A search continues if nothing has changed near the straight line from its start to its goal; its
-        result has to be clear in the new area. So a map that flickers elsewhere ends no search.
+        A search continues if nothing has changed near the straight line from its start to its goal, or else
+        for a while, see `planned_on`. So a map that flickers elsewhere ends no search.
         """
         least, before = MOVED, self._area
         changes = area.solid_beside(before, least) + before.solid_beside(area, least)
@@ -117,12 +118,11 @@ class Replanner:
             return s
         self._area = area
         request, found = self._request, None if self._planning is None else self._planning.manoeuvre
-        failed = found is not None and not found.found
-        if request is not None and (
-            failed or route_start.are_between(request.start, request.goal, changes, self._config)
-        ):
+        if found is not None and not found.found:
             self.forget()
-        self._outdated = self._planning is not None
+        elif request is not None:
+            between = route_start.are_between(request.start, request.goal, changes, self._config)
+            self._outdated, self._near = True, self._near or between
         return replace(s, area=s.area.in_another(area))
 
     def routed(self, s: ControllerState) -> ControllerState:
@@ -162,25 +162,22 @@ class Replanner:
         return onto_route(s, manoeuvre, route)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
-        """Plan with the time that this cycle has left."""
+        """Plan with the time that this cycle has left.
+
+        A search that what has changed makes doubtful is finished if that takes no longer than its patience,
+        which doubles with each one that did not: a flicker cannot keep all of them from their ends. A route
+        has to be clear of what is known when it is found.
+        """
         request, route = self._needed(s), s.route
         if request is None or route is None:
             return s
-        last, margin, now = self._request, self._config.clearance.wanted, s.clock.now
-        same = last is not None and last.matches(request, _UNMOVED)
-        lasted = now - self._since >= self._patience
-        dropped = last is not None and same and lasted and last.has_changed(s.area, margin)
-        if not same or dropped:
-            self._since, self._patience = now, 2.0 * self._patience if dropped else _PATIENCE
-            known = self.area_known(s)
-            self._request = request
-            # A vehicle that has driven and asks is not well inside: it has to get there.
-            there = SETTLE_SHARE if route.routes > 0 else 1.0
-            config = s.goal.terms.on(self._config)
-            keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
-            self._planning = RoutePlanning(
-                request.start, request.goal, known, config, request.incoming, there=there, keep_out=keep_out
-            )
+        last, patient = self._request, s.clock.now - self._since < self._patience
+        if last is None or not last.matches(request, _UNMOVED):
+            self._patience = _PATIENCE
+            self._begin(request, s, route)
+        elif not patient and (self._near or last.has_changed(s.area, self._config.clearance.wanted)):
+            self._patience *= 2.0
+            self._begin(request, s, route)
         planning = self._planning
         assert planning is not None
         before = planning.seconds
@@ -195,6 +192,17 @@ class Replanner:
         if planning.seconds == before:
             return s
         return replace(s, route=replace(route, seconds=route.seconds + planning.seconds - before))
+
+    def _begin(self, request: ReplanRequest, s: ControllerState, route: RouteState) -> None:
+        self.forget()
+        self._request, self._since = request, s.clock.now
+        # A vehicle that has driven and asks is not well inside: it has to get there.
+        there = SETTLE_SHARE if route.routes > 0 else 1.0
+        config, known = s.goal.terms.on(self._config), self.area_known(s)
+        keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
+        self._planning = RoutePlanning(
+            request.start, request.goal, known, config, request.incoming, there=there, keep_out=keep_out
+        )
 
     def _replan_reason(self, s: ControllerState) -> str:
         """Why another route is needed, or ""."""
@@ -275,7 +283,7 @@ class Replanner:
             if not (found.found and route_start.is_clear(found, self.area_known(s), config)):
                 self.forget()
                 return s
-            self._outdated = False
+            self._outdated = self._near = False
         request = self._needed(s)
         if request is None or not last.matches(request, route_start.near_enough(config)):
             return s

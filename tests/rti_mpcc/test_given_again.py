@@ -148,21 +148,29 @@ def test_an_obstacle_that_trembles_beside_the_route_brakes_nobody(rate: float) -
     assert not any("contact" in reason for reason in drive.reasons[20:])
 
 
-def test_a_search_is_finished_although_the_map_flickers() -> None:
+@pytest.mark.parametrize("way", ["step", "set_area"])
+def test_a_search_is_finished_although_the_map_flickers(way: str) -> None:
     """In each cycle the edges of all boxes are 15 cm further out or in than in the last one."""
-    area = Area(boundary=block(0.0, 0.0, 24.0, 16.0))
+    boundary = block(0.0, 0.0, 24.0, 16.0)
+    controller = DockingController.in_area(Area(boundary=boundary), CONFIG)
     middles = [(6.0, 6.0), (12.0, 10.0), (12.0, 3.5), (18.0, 6.0)]
 
     def boxes_at(now: float) -> list[Array]:
         half = 0.8 + 0.15 * (round(now / CONFIG.cycle) % 2)
         return [block(x - half, y - half, x + half, y + half) for x, y in middles]
 
+    def given(now: float) -> list[Array]:
+        if way == "step":
+            return boxes_at(now)
+        controller.set_area(Area(boundary=boundary, obstacles=boxes_at(now)))
+        return []
+
     driver = Driver(
-        area=area,
-        controller=DockingController.in_area(area, CONFIG),
+        area=Area(boundary=boundary),
+        controller=controller,
         config=CONFIG,
         goal_at=lambda now: Pose2(20.0, 12.0, -0.5 * np.pi),
-        obstacles_at=boxes_at,
+        obstacles_at=given,
         standing_at=lambda now: boxes_at(0.0),
         start=Pose2(3.0, 12.0, -0.5 * np.pi),
     )
