@@ -37,12 +37,11 @@ from geometry.shape_grid import (
     BodyFrame,
     ShapeGrid,
     beyond_lines,
-    cells_around,
     in_frame,
     is_among,
     is_new,
-    is_off,
     seen_from,
+    shapes_near,
 )
 
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
@@ -79,59 +78,53 @@ def line_contacts(
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
-    depth = np.zeros(1)
+    depth, near = np.zeros(1), np.empty_like(grid.members)
     spread = 2.0 * outward * hypot(body.half[0], body.half[1])
     for n in range(len(poses)):
         frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
-        for row in range(first_row, last_row + 1):
-            # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
-            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-                i = grid.members[k]
-                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
-                ahead, aside = ahead - body.middle[0], aside - body.middle[1]
-                if is_off(ahead, aside, body.half, within + grid.circles[i, 2]) or is_among(i, seen, met):
+        for i in near[: shapes_near(frame, body, grid, within, near)]:
+            if is_among(i, seen, met):
+                continue
+            ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+            if met < len(seen):
+                seen[met], met = i, met + 1
+            in_frame(grid.corners, 2 * i, 2, frame, segment)
+            length, left_x, left_y = _left_of(segment)
+            for j in range(len(body.starts) - 1):
+                slot = j * grid.owners + grid.owner[i]
+                # All that a piece overlaps is looked at: how deep, its whole run has to tell.
+                limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * SAME) + spread)
+                off_x = abs(ahead - body.middles[j, 0]) - body.halves[j, 0]
+                off_y = abs(aside - body.middles[j, 1]) - body.halves[j, 1]
+                if max(off_x, off_y) - grid.circles[i, 2] > limit:
                     continue
-                if met < len(seen):
-                    seen[met], met = i, met + 1
-                in_frame(grid.corners, 2 * i, 2, frame, segment)
-                length, left_x, left_y = _left_of(segment)
-                for j in range(len(body.starts) - 1):
-                    slot = j * grid.owners + grid.owner[i]
-                    # All that a piece overlaps is looked at: how deep, its whole run has to tell.
-                    limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * SAME) + spread)
-                    off_x = abs(ahead + body.middle[0] - body.middles[j, 0]) - body.halves[j, 0]
-                    off_y = abs(aside + body.middle[1] - body.middles[j, 1]) - body.halves[j, 1]
-                    if max(off_x, off_y) - grid.circles[i, 2] > limit:
-                        continue
-                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
-                    distance_between(piece, segment, limit, witness)
-                    value = witness[VALUE]
-                    if value >= limit:
-                        continue
-                    to_x, to_y = witness[ON_A_X] - segment[0, 0], witness[ON_A_Y] - segment[0, 1]
-                    over = to_x * left_y - to_y * left_x
-                    if value < least[slot] * (1.0 - SAME):
-                        # A line of one point has no sides.
-                        height[slot], ties[slot], ends[slot] = 0.0, 0, 0
-                        nearest[slot] = i if length > 0.0 else -1
-                    tie = value <= min(least[slot], within) * (1.0 + SAME)
-                    if tie and is_new(i, tied[slot], ties[slot]):
-                        tied[slot, ties[slot]] = i
-                        height[slot] += to_x * left_x + to_y * left_y
-                        ties[slot] += 1
-                        ends[slot] += over < 0.0 or over > length
-                    least[slot] = min(least[slot], value)
-                    if value <= 0.0 and length > 0.0:
-                        _out_of_run(piece, grid.corners, i, frame, run, witness)
-                    elif value > 0.0:
-                        _reach_out(piece, segment, body.middle[0], outward, witness)
-                    key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
-                    if key < chosen[slot]:
-                        chosen[slot] = key
-                        _keep(witness, found[n, j, grid.owner[i]])
+                piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                distance_between(piece, segment, limit, witness)
+                value = witness[VALUE]
+                if value >= limit:
+                    continue
+                to_x, to_y = witness[ON_A_X] - segment[0, 0], witness[ON_A_Y] - segment[0, 1]
+                over = to_x * left_y - to_y * left_x
+                if value < least[slot] * (1.0 - SAME):
+                    # A line of one point has no sides.
+                    height[slot], ties[slot], ends[slot] = 0.0, 0, 0
+                    nearest[slot] = i if length > 0.0 else -1
+                tie = value <= min(least[slot], within) * (1.0 + SAME)
+                if tie and is_new(i, tied[slot], ties[slot]):
+                    tied[slot, ties[slot]] = i
+                    height[slot] += to_x * left_x + to_y * left_y
+                    ties[slot] += 1
+                    ends[slot] += over < 0.0 or over > length
+                least[slot] = min(least[slot], value)
+                if value <= 0.0 and length > 0.0:
+                    _out_of_run(piece, grid.corners, i, frame, run, witness)
+                elif value > 0.0:
+                    _reach_out(piece, segment, body.middle[0], outward, witness)
+                key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
+                if key < chosen[slot]:
+                    chosen[slot] = key
+                    _keep(witness, found[n, j, grid.owner[i]])
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
@@ -158,33 +151,26 @@ def solid_contacts(
         within, outward: as of `line_contacts`.
         found: of FLANKS sides, or of others: then all shapes are the last one.
     """
-    shape, witness = np.empty((grid.largest, 2)), np.empty(WITNESS)
+    shape, witness, near = np.empty((grid.largest, 2)), np.empty(WITNESS), np.empty_like(grid.members)
     middle, sides = body.middle, found.shape[2]
     farther_out = 0.0 if sides == FLANKS else outward
     for n in range(len(poses)):
         frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
-        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
-        for row in range(first_row, last_row + 1):
-            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
-            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-                i = grid.members[k]  # once more in a later cell, which does no harm
-                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
-                if is_off(ahead - middle[0], aside - middle[1], body.half, within + grid.circles[i, 2]):
+        for i in near[: shapes_near(frame, body, grid, within, near)]:
+            count = grid.starts[i + 1] - grid.starts[i]
+            in_frame(grid.corners, grid.starts[i], count, frame, shape)
+            for j in range(len(body.starts) - 1):
+                piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                distance_between(piece, shape[:count], within, witness)
+                if witness[VALUE] >= within:
                     continue
-                count = grid.starts[i + 1] - grid.starts[i]
-                in_frame(grid.corners, grid.starts[i], count, frame, shape)
-                for j in range(len(body.starts) - 1):
-                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
-                    distance_between(piece, shape[:count], within, witness)
-                    if witness[VALUE] >= within:
-                        continue
-                    if witness[VALUE] > 0.0:
-                        _reach_out(piece, shape[:count], middle[0], outward, witness)
-                    side = _flank(witness, middle[1]) if sides == FLANKS else sides - 1
-                    known = found[n, j, side]
-                    key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
-                    if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):
-                        _keep(witness, known)
+                if witness[VALUE] > 0.0:
+                    _reach_out(piece, shape[:count], middle[0], outward, witness)
+                side = _flank(witness, middle[1]) if sides == FLANKS else sides - 1
+                known = found[n, j, side]
+                key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
+                if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):
+                    _keep(witness, known)
 
 
 @inner

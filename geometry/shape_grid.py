@@ -265,30 +265,44 @@ def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> 
 def signed_distances_to(grid: ShapeGrid, body: Body, poses: Array2, within: float, found: Out2) -> None:
     """Write what `ShapeGrid.signed_distances` returns into `found` (n, owners)."""
     shape, witness, middle = np.empty((grid.largest, 2)), np.empty(WITNESS), body.middle
+    near = np.empty_like(grid.members)
     for n in range(len(poses)):
         for j in range(len(found[n])):
             found[n, j] = within
         frame = BodyFrame(poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2]))
-        first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
-        for row in range(first_row, last_row + 1):
-            # What is in neighbouring cells of a row stands in one piece.
-            first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
-            for k in range(grid.begins[first_cell], grid.begins[last_cell + 1]):
-                i = grid.members[k]  # once more in a later cell, which does no harm
-                least = found[n, grid.owner[i]]
-                ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
-                if is_off(ahead - middle[0], aside - middle[1], body.half, least + grid.circles[i, 2]):
-                    continue
-                count = grid.starts[i + 1] - grid.starts[i]
-                in_frame(grid.corners, grid.starts[i], count, frame, shape)
-                for j in range(len(body.starts) - 1):
-                    piece = body.corners[body.starts[j] : body.starts[j + 1]]
-                    distance_between(piece, shape[:count], least, witness)
-                    least = min(least, witness[VALUE])
-                found[n, grid.owner[i]] = least
+        for i in near[: shapes_near(frame, body, grid, within, near)]:
+            least, count = found[n, grid.owner[i]], grid.starts[i + 1] - grid.starts[i]
+            ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+            if is_off(ahead - middle[0], aside - middle[1], body.half, least + grid.circles[i, 2]):
+                continue  # now that others are nearer
+            in_frame(grid.corners, grid.starts[i], count, frame, shape)
+            for j in range(len(body.starts) - 1):
+                piece = body.corners[body.starts[j] : body.starts[j + 1]]
+                distance_between(piece, shape[:count], least, witness)
+                least = min(least, witness[VALUE])
+            found[n, grid.owner[i]] = least
         for j in range(len(found[n])):
             if found[n, j] >= within:
                 found[n, j] = inf
+
+
+@inner
+def shapes_near(frame: BodyFrame, body: Body, grid: ShapeGrid, within: float, near: Index) -> int:
+    """Put the shapes that may be nearer to a body than `within` into `near`, and say how many these are.
+
+    A shape in several rows of cells is there several times, which does no harm.
+    """
+    middle, count = body.middle, 0
+    first_row, last_row, first_column, last_column = cells_around(frame, body, grid, within)
+    for row in range(first_row, last_row + 1):
+        # What is in neighbouring cells of a row stands in one piece.
+        first_cell, last_cell = row * grid.counts[0] + first_column, row * grid.counts[0] + last_column
+        for i in grid.members[grid.begins[first_cell] : grid.begins[last_cell + 1]]:
+            ahead, aside = seen_from(frame, grid.circles[i, 0], grid.circles[i, 1])
+            if not is_off(ahead - middle[0], aside - middle[1], body.half, within + grid.circles[i, 2]):
+                near[count] = i
+                count += 1
+    return count
 
 
 @inner
