@@ -19,7 +19,7 @@ from rti_mpcc.simulation.campaign import drive_case, read_rows
 
 def test_a_study_keeps_a_row_a_case_and_reports(tmp_path: Path) -> None:
     out = str(tmp_path / "there")
-    asked = ["--count", "9", "--only", "1", "4", "--level", "hard", "--seed", "11", "--scenes", "--jobs", "2"]
+    asked = ["--count", "9", "--only", "1", "4", "--level", "hard", "--seed", "11", "--scenes", "--jobs", "1"]
     assert exit_status(parser(), [*asked, "--worst", "1", "--out", out]) == 0
     rows = {row["index"]: row for row in read_rows(Path(out))}
     cases = {i: CampaignCase(seed=11, level=Level.HARD, index=i, problems=Problems.SCENES) for i in (1, 4)}

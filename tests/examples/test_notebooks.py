@@ -63,6 +63,7 @@ def test_the_notebook_docks(figures: list[int], capsys: pytest.CaptureFixture[st
     assert figures == [1]
 
 
+@pytest.mark.acceptance
 def test_the_notebook_reproduces_the_tables(figures: list[int]) -> None:
     names = run("reproduce_table_ii")
     for scenario, times in names["IN_PAPER"].items():

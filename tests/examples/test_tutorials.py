@@ -14,6 +14,7 @@ import pytest
 from rti_mpcc import Status
 from rti_mpcc.cli import main
 from rti_mpcc.config import CostTerm, DockingObjective
+from tests.lists import acceptance
 
 FOLDER = Path(__file__).parents[2] / "docs" / "tutorials"
 PRINTED = {
@@ -29,6 +30,9 @@ PRINTED = {
     "compare": r"\nseparated .*\nswitched .*\nmine +True +\d\d\.\d\d ",
 }
 """What each page prints."""
+LONG = ("compare", "reproduce")
+"""Pages that drive many rides."""
+PAGES = [acceptance(name, name) if name in LONG else (name, name) for name in PRINTED]
 CALLED_BY_HAND = ("make ",)
 """Commands that take too long for a test, or are no part of the package."""
 
@@ -60,7 +64,7 @@ def test_there_are_no_other_tutorials() -> None:
     assert sorted(page.stem for page in FOLDER.glob("*.md")) == sorted(PRINTED)
 
 
-@pytest.mark.parametrize(("name", "tutorial"), [(name, name) for name in PRINTED], indirect=["tutorial"])
+@pytest.mark.parametrize(("name", "tutorial"), PAGES, indirect=["tutorial"])
 def test_a_tutorial_runs_as_typed(
     name: str, tutorial: ModuleType, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

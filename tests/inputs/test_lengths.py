@@ -13,8 +13,8 @@ from geometry import Corridor, CorridorError, InputError, Narrowing, PathError, 
 from geometry.arrays import Array
 from rti_mpcc import DockingController
 
-ROWS = 100_000
-MEGABYTES = 100
+ROWS = 20_000
+MEGABYTES = 20
 
 
 def recorded(rows: int) -> Array:

@@ -19,6 +19,7 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.types import Status
+from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import drive, on_segments, straight
 
 LENGTH, ASIDE = 20.0, 0.6
@@ -46,7 +47,7 @@ def assert_docked(result: RunResult, within: float) -> None:
 # -- from rest: a goal that the path does not lead to ------------------------------------------------------
 
 
-@pytest.mark.parametrize("side", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
+@pytest.mark.parametrize("side", some_of([1, -1]))
 def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> None:
     result = simulate(beside_a_wall(side))
     assert_docked(result, 30.0)
@@ -55,7 +56,7 @@ def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> 
     assert summary(result)["direction_changes"] == 1
 
 
-@pytest.mark.parametrize("turn", [-60.0, pytest.param(-90.0, marks=pytest.mark.acceptance), 180.0])
+@pytest.mark.parametrize("turn", some_of([-60.0, -90.0, 180.0]))
 def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
     turned = {"simulation.start_offset": [0.0, 0.0, radians(turn)]}
     result = simulate(changed(load_scenario("docking_inside"), turned))

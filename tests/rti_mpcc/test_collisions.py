@@ -7,6 +7,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, Source, Status
+from tests.lists import some_of
 from tests.rti_mpcc.collisions import check_chatter, check_overlaps, keep_promises, meet
 from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.encounters import Car, Drive, drive, square
@@ -15,13 +16,13 @@ from tests.rti_mpcc.yards import block
 START = Pose2(0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", some_of(range(10)))
 def test_the_promises_hold_for_what_appears_anywhere(seed: int) -> None:
     keep_promises(seed)
 
 
-@pytest.mark.parametrize("number", [0, pytest.param(1, marks=pytest.mark.acceptance)])
-@pytest.mark.parametrize("lag", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.2])
+@pytest.mark.parametrize("number", some_of([0, 1]))
+@pytest.mark.parametrize("lag", some_of([0.2, 0.0]))
 def test_nobody_who_walks_in_plain_sight_is_run_into(number: int, lag: float) -> None:
     _, found = meet(number, 31, lag=lag)
     assert not any(contact.front for contact in found.collisions)
@@ -40,9 +41,7 @@ def appearing_inside(ahead: float, size: float) -> Drive:
     )
 
 
-@pytest.mark.parametrize(
-    "ahead", [2.0, *(pytest.param(ahead, marks=pytest.mark.acceptance) for ahead in (1.2, 3.0))]
-)
+@pytest.mark.parametrize("ahead", some_of([2.0, 1.2, 3.0], 3))
 def test_what_appears_inside_the_outline_stops_the_vehicle_and_is_named(ahead: float) -> None:
     found = appearing_inside(ahead, 0.5)
     config = ControllerConfig(dead_time=0.18)

@@ -7,6 +7,7 @@ import pytest
 from benchmarks.reproduction.comfort import aims
 from rti_mpcc.errors import ConfigError, ScenarioError
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
+from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import short
 
 OVER = 1.1
@@ -38,7 +39,7 @@ def test_what_is_driven_keeps_to_comfort_and_takes_the_time_expected(comfort: st
     assert gentle["time_to_dock_s"] == pytest.approx(gentle["expected_time_s"], rel=0.05)
 
 
-@pytest.mark.parametrize("seconds", [11.0, pytest.param(25.0, marks=pytest.mark.acceptance)])
+@pytest.mark.parametrize("seconds", some_of([11.0, 25.0]))
 def test_the_time_asked_for_is_taken(seconds: float) -> None:
     found = summary(simulate(changed(short(), {"controller.docking_time": seconds})))
     assert found["docked"]
@@ -53,10 +54,8 @@ def test_a_time_that_cannot_be_is_told_before_the_run() -> None:
         simulate(changed(short(), {"controller.docking_time": 20.0}), preset="paper")
 
 
-@pytest.mark.parametrize("ride", ["smooth", pytest.param("brisk", marks=pytest.mark.acceptance)])
-@pytest.mark.parametrize(
-    "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
-)
+@pytest.mark.parametrize("ride", some_of(["smooth", "brisk"]))
+@pytest.mark.parametrize("name", some_of(["docking_inside", "docking_behind"]))
 def test_the_acceleration_changes_by_the_comfort_jerk_from_the_begin_to_the_dock(
     name: str, ride: str
 ) -> None:

@@ -9,6 +9,7 @@ from rti_mpcc.model.layout import X
 from rti_mpcc.ocp.frenet import world_to_local
 from rti_mpcc.qp.filling import empty_values
 from rti_mpcc.simulation import load_scenario
+from tests.lists import acceptance
 from tests.rti_mpcc.convergence import examine
 from tests.rti_mpcc.docking_runs import before_a_wall
 from tests.rti_mpcc.frozen import FrozenProblem, iterate, take
@@ -17,7 +18,7 @@ from tests.rti_mpcc.nonlinear_program import NonlinearProgram
 STATES = [
     ("docking_inside", "default", 10.18),  # arrival at a goal beside the path
     # contouring with the progress reward
-    pytest.param("long_approach", "default", 30.18, marks=pytest.mark.acceptance),
+    acceptance("long_approach", "default", 30.18),
     # all terms of the published code
     pytest.param("docking_behind", "paper", 5.18, marks=pytest.mark.acceptance),
 ]

@@ -11,6 +11,7 @@ import pytest
 
 from rti_mpcc import Command, VehicleState
 from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, simulate, summary
+from tests.lists import acceptance
 from tests.rti_mpcc.short_missions import short
 
 
@@ -37,9 +38,9 @@ def pickled(driver: Any) -> Any:
     ("name", "copied"),
     [
         ("docking_inside", pickled),
-        ("bay_perpendicular", copy.deepcopy),
-        pytest.param("docking_noisy", pickled, marks=pytest.mark.acceptance),
-        pytest.param("docking_full_course", copy.deepcopy, marks=pytest.mark.acceptance),
+        acceptance("bay_perpendicular", copy.deepcopy),
+        acceptance("docking_noisy", pickled),
+        acceptance("docking_full_course", copy.deepcopy),
     ],
 )
 def test_a_ride_of_copies_is_as_good(name: str, copied: Callable[[Any], Any]) -> None:

@@ -16,6 +16,7 @@ from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller
 from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
+from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import (
     Clocked,
     docking_figures,
@@ -167,7 +168,7 @@ def assert_gentle(result: RunResult) -> None:
     assert Status.FAILED not in result.cycles.status
 
 
-@pytest.mark.parametrize("iterations", [1, pytest.param(3, marks=pytest.mark.acceptance)])
+@pytest.mark.parametrize("iterations", some_of([1, 3]))
 def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
     usual = simulate(short())
     result, found = limited(short(), lambda now: granting(iterations))

@@ -17,6 +17,7 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import Scenario, changed, docking_controller, load_scenario, simulate
 from rti_mpcc.simulation.metrics import detections_of, goal_estimates
 from rti_mpcc.types import Command, Status, VehicleState
+from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import assert_docked, short
 
 Expose = Callable[[float, Pose2], GoalMeasurement | None]
@@ -46,7 +47,7 @@ def noisy(**measurement: Any) -> Scenario:
 # -- docking on the true goal ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.acceptance) for seed in (1, 2))])
+@pytest.mark.parametrize("seed", some_of(range(3), 3))
 def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     result = simulate(load_scenario("docking_noisy"), seed=seed)
     assert_docked(result)

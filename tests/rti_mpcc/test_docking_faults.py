@@ -9,6 +9,7 @@ import pytest
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Status
+from tests.lists import acceptance
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.fault_runs import braked, check_all, contact_speed, with_fault
 
@@ -18,7 +19,7 @@ USUAL = ("nan_state", "solver_fail", "stuck_steering")
 
 @pytest.mark.parametrize(
     "kind",
-    [kind if kind in USUAL else pytest.param(kind, marks=pytest.mark.acceptance) for kind in get_args(Kind)],
+    [kind if kind in USUAL else acceptance(kind) for kind in get_args(Kind)],
 )
 def test_it_docks_when_the_fault_is_over(kind: str) -> None:
     result = simulate(with_fault(short(), kind, 5.0, 1.0))

@@ -17,6 +17,7 @@ from geometry import Area, Pose2
 from rti_mpcc import DockingController, GoalTracking, Reason, Source, Status, VehicleState
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
+from tests.lists import acceptance, some_of
 from tests.rti_mpcc.docking_runs import granting
 from tests.rti_mpcc.simulation.conftest import write_map
 from tests.rti_mpcc.yards import BEYOND, BRISK, DOOR, ROOMS, START, YARD, Drive, Driver, block
@@ -79,7 +80,7 @@ def test_docks_from_a_map(tmp_path: Path) -> None:
     ("goal", "directions"),
     [
         (Pose2(-5.0, 0.0, 0.0), [-1]),
-        pytest.param(Pose2(6.0, 3.0, pi / 2), None, marks=pytest.mark.acceptance),
+        acceptance(Pose2(6.0, 3.0, pi / 2), None),
     ],
     ids=["behind", "turned"],
 )
@@ -325,7 +326,7 @@ def test_a_billion_metres_away_it_drives_the_same() -> None:
 @pytest.mark.parametrize(
     "stds",
     [
-        pytest.param((0.01, 0.01, 0.003, 0.01, 0.003), marks=pytest.mark.acceptance),
+        acceptance((0.01, 0.01, 0.003, 0.01, 0.003)),
         (0.03, 0.03, 0.015, 0.01, 0.003),
     ],
     ids=["some", "much"],
@@ -347,9 +348,7 @@ def test_docks_with_a_state_that_is_noisy(stds: tuple[float, ...]) -> None:
     assert replans(driver) <= 1
 
 
-@pytest.mark.parametrize(
-    "told", [True, pytest.param(False, marks=pytest.mark.acceptance)], ids=["planned beside it", "not told"]
-)
+@pytest.mark.parametrize("told", some_of([True, False]), ids=["planned beside it", "not told"])
 def test_docks_at_a_goal_that_is_detected(told: bool) -> None:
     planned = BEYOND.compose(Pose2(0.3, 0.26, 0.08)) if told else None  # 0.4 m off
     random = np.random.default_rng(4)

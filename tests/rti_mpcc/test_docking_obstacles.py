@@ -12,6 +12,7 @@ from rti_mpcc import ControllerConfig, Reason
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, docking_controller, simulate, summary
 from rti_mpcc.types import Array, Status
+from tests.lists import acceptance as long
 from tests.rti_mpcc.docking_runs import (
     BODY_HALF_WIDTH,
     FREE_SIDE,
@@ -32,11 +33,6 @@ FRONT, REAR = Vehicle().front, Vehicle().rear
 NOISE = [0.005, 0.005, 0.002, 0.01, 0.002]
 """Of the measured state."""
 FOREVER = 1e9
-acceptance = pytest.mark.acceptance
-
-
-def long(*values: Any) -> Any:
-    return pytest.param(*values, marks=acceptance)
 
 
 # -- stopped before --------------------------------------------------------------------------------------
@@ -101,7 +97,8 @@ def walker(x: float, y: float, speed: float, begin: float = 0.0) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "speed", "begin"), [(16.0, -7.0, 1.0, 2.0), (12.0, -7.0, 0.8, 0.0), (20.0, -5.0, 0.5, 2.0)]
+    ("x", "y", "speed", "begin"),
+    [(16.0, -7.0, 1.0, 2.0), long(12.0, -7.0, 0.8, 0.0), long(20.0, -5.0, 0.5, 2.0)],
 )
 def test_somebody_who_walks_across_is_waited_for_and_never_touched(
     x: float, y: float, speed: float, begin: float
@@ -148,7 +145,7 @@ def test_it_passes_an_obstacle_on_the_side_where_there_is_room(
     assert not begin or np.abs(truth.v[under_way]).min() > 0.5
 
 
-@acceptance
+@pytest.mark.acceptance
 @pytest.mark.parametrize(("theta", "begin"), [(8.0, 0.0), (20.0, 3.0), (26.0, 5.0)])
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("iterations", [1, 2, 4])
@@ -205,7 +202,7 @@ def test_it_docks_close_to_walls_and_corners(things: Any, direction: int, room: 
     assert figures["solver"]["failures"] == 0
 
 
-@acceptance
+@pytest.mark.acceptance
 @pytest.mark.parametrize(("direction", "offset"), [(1, 0.0175), (-1, 0.0175), (-1, -0.0175)])
 def test_noise_beside_a_wall_is_not_answered_with_all_the_steering(direction: int, offset: float) -> None:
     """16 m between walls that leave 0.25 m on either side, 0.3 m beside the path, at up to 2.3 m/s."""

@@ -25,6 +25,7 @@ from rti_mpcc import (
     Status,
     VehicleState,
 )
+from tests.lists import some_of
 
 PLANNED = Pose2(8.0, 0.0, 0.0)
 BODY = ((5.0, -1.0), (7.0, -1.0), (7.0, 1.0), (5.0, 1.0))
@@ -144,7 +145,7 @@ def test_bursts_of_false_detections_neither_replan_nor_cost_time(clean: float) -
     assert not any(command.status is Status.PLANNING for command in done.commands)
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.3])
+@pytest.mark.parametrize("speed", some_of([0.1, 0.3]))
 def test_nobody_is_docked_at_a_dock_that_moves_away(speed: float) -> None:
     """It is told as moving, waited for, and docked at where it stands."""
     dock = MovingDock(pose=CASE.dock.pose, velocity=(0.0, speed), begin=18.0, end=18.0 + 1.0 / speed)

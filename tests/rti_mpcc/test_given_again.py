@@ -13,6 +13,7 @@ from numpy.random import Generator
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.types import Array
+from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Drive, Driver, block
 
@@ -116,7 +117,7 @@ def check(kind: str, seed: int, way: str) -> None:
 KINDS = ("room", "path", "new box")
 
 
-@pytest.mark.parametrize(("way", "kind"), [(way, KINDS[k % 3]) for k, way in enumerate(WAYS)])
+@pytest.mark.parametrize(("way", "kind"), some_of((way, KINDS[k % 3]) for k, way in enumerate(WAYS)))
 def test_the_same_given_again_changes_nothing(way: str, kind: str) -> None:
     check(kind, 0, way)
 
@@ -222,7 +223,7 @@ def ride(walk: Walk | None) -> Drive:
     return driver.drive(60.0)
 
 
-@pytest.mark.parametrize("walk", [to_and_fro, stops_between])
+@pytest.mark.parametrize("walk", some_of([stops_between, to_and_fro]))
 def test_a_person_who_walks_in_a_far_off_corner_changes_no_command(walk: Walk) -> None:
     alone, together = ride(None), ride(walk)
     assert alone.docked

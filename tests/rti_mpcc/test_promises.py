@@ -17,6 +17,7 @@ from geometry import Pose2
 from rti_mpcc import Command, Reason, Source, Status, VehicleState
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
+from tests.lists import acceptance, some_of
 from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.promises import check_numbers, keep_promises
 from tests.rti_mpcc.yards import BEYOND, BRISK, ROOMS, Drive, Driver, block
@@ -29,12 +30,12 @@ CART = block(2.0, 4.5, 3.0, 5.5)
 """Beside the route, and given all the time."""
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", some_of(range(30)))
 def test_the_promises_hold_whatever_a_controller_on_a_path_is_given(seed: int) -> None:
     keep_promises(seed)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some_of(range(6)))
 def test_the_promises_hold_whatever_a_controller_in_an_area_is_given(seed: int) -> None:
     keep_promises(seed, in_area=True)
 
@@ -150,10 +151,7 @@ OFTEN += [("goal beyond all", "driving"), ("obstacles: crossed", "driving"), ("a
 
 @pytest.mark.parametrize(
     ("name", "when"),
-    [
-        each if each in OFTEN else pytest.param(*each, marks=pytest.mark.acceptance)
-        for each in product(FAULTS, WHEN)
-    ],
+    [each if each in OFTEN else acceptance(*each) for each in product(FAULTS, WHEN)],
 )
 def test_under_a_fault_it_keeps_its_promises_and_docks_after_it(name: str, when: str) -> None:
     begin, end = WHEN[when]
@@ -170,9 +168,7 @@ def test_under_a_fault_that_lasts_it_stands_and_says_why(name: str) -> None:
     assert not drive.docked
 
 
-@pytest.mark.parametrize(
-    "seed", [0, 1, 2, *(pytest.param(k, marks=pytest.mark.acceptance) for k in range(3, 103))]
-)
+@pytest.mark.parametrize("seed", [0, 1, 2, *map(acceptance, range(3, 103))])
 def test_the_promises_hold_under_any_two_faults(seed: int) -> None:
     rng = np.random.default_rng(seed)
     given: dict[str, Any] = {}

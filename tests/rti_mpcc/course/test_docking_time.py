@@ -8,6 +8,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.course.docking_time import config_for_docking_time, expected_docking_time
 from rti_mpcc.errors import ConfigError
+from tests.lists import some_of
 
 REVERSE = [(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)]
 FULL = [(1, 0.0, 5.0), (1, 0.2, 5.0), (1, -0.2, 10.0), (1, 0.2, 5.0), (1, 0.0, 5.0), *REVERSE]
@@ -48,7 +49,7 @@ def test_a_long_way_is_cruised() -> None:
     assert times[2] - times[1] == pytest.approx(at_cruise, rel=0.01)
 
 
-@pytest.mark.parametrize("factor", [0.6, 1.0, 1.7, 3.0])
+@pytest.mark.parametrize("factor", some_of([0.6, 1.0, 3.0, 1.7]))
 @pytest.mark.parametrize("segments", [REVERSE, FULL])
 def test_the_comfort_for_a_time_takes_that_time_and_keeps_its_proportions(
     segments: list[tuple[int, float, float]], factor: float

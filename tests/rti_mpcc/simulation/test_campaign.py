@@ -11,6 +11,7 @@ import pytest
 
 from rti_mpcc.errors import CampaignError, InputError
 from rti_mpcc.simulation.campaign import TIMES, drive_case, read_rows, run_campaign
+from tests.lists import acceptance
 from tests.rti_mpcc.simulation.drives import ShortCase, made_up, troubled
 
 CASES = [ShortCase(index=index) for index in range(8)]
@@ -31,7 +32,7 @@ def by_index(folder: Path, file: str = "rows.jsonl") -> dict[int, dict[str, Any]
     return {row["index"]: row for row in rows}
 
 
-@pytest.mark.parametrize("how", ["one process", "two processes", "dask"])
+@pytest.mark.parametrize("how", ["one process", "two processes", acceptance("dask")])
 def test_rows_are_the_same_whatever_drives_them(
     how: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -51,7 +52,7 @@ def test_rows_are_the_same_whatever_drives_them(
     assert by_index(tmp_path, TIMES)[2]["cycle_ms"]["max"] > 0.0
 
 
-@pytest.mark.parametrize("how", ["two processes", "dask"])
+@pytest.mark.parametrize("how", ["two processes", acceptance("dask")])
 def test_a_case_that_raises_or_ends_its_worker_is_a_row(
     how: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

@@ -1,0 +1,21 @@
+"""Lists of cases, of which some run with each commit, and the others with `make acceptance` only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
+
+def some_of(cases: Iterable[Any], every: int = 2) -> list[Any]:
+    """Cases, values or tuples of them: of `every` in a row only the first one is in the fast suite."""
+    return [
+        case if place % every == 0 else acceptance(*case) if isinstance(case, tuple) else acceptance(case)
+        for place, case in enumerate(cases)
+    ]
+
+
+def acceptance(*case: Any) -> Any:
+    """A case that is not in the fast suite."""
+    return pytest.param(*case, marks=pytest.mark.acceptance)
