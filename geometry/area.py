@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from geometry.arrays import Array, locked
 from geometry.errors import AreaError
-from geometry.outline import FARTHEST, checked_polygon, checked_shape, convex_pieces, corners_of, shape_of
+from geometry.outline import FARTHEST, CheckedShape, checked_polygon, checked_shape, convex_pieces, corners_of
 from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid
 from geometry.validation import to_rows, validated
@@ -53,8 +53,9 @@ class Area:
                 are not finite, or an outline that crosses itself.
         """
         outline = None if boundary is None else _outline(boundary, "boundary")
-        rings = _rings(obstacles, "obstacles")
-        self._hold(outline, rings, ShapeGrid.of_shapes([*_outside(outline), *_pieces(rings)]))
+        shapes = _checked(obstacles, "obstacles")
+        solid = ShapeGrid.of_shapes([*_outside(outline), *_pieces(shapes)])
+        self._hold(outline, [shape.corners for shape in shapes], solid)
 
     @classmethod
     @validated(AreaError)
@@ -133,11 +134,7 @@ class Area:
         Raises:
             AreaError: as the constructor does.
         """
-        more = _rings(polygons, "polygons")
-        if not more:
-            return self
-        grid = self.grid.with_shapes(_pieces(more))
-        return Area.__new__(Area)._hold(self.boundary, (*self.obstacles, *more), grid)
+        return with_checked(self, _checked(polygons, "polygons"))
 
     @validated(AreaError, late=True)
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -180,22 +177,26 @@ class Area:
         return self
 
 
+def with_checked(area: Area, shapes: Sequence[CheckedShape]) -> Area:
+    """Return the same area with more obstacles, which are checked already."""
+    if not shapes:
+        return area
+    grid = area.grid.with_shapes(_pieces(shapes))
+    return Area.__new__(Area)._hold(
+        area.boundary, (*area.obstacles, *(each.corners for each in shapes)), grid
+    )
+
+
 def _outline(corners: ArrayLike, name: str) -> Array:
     return locked(corners_of(checked_polygon(corners, name, AreaError)))
 
 
-def _rings(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
-    shapes = [checked_shape(each, f"{name}[{i}]", AreaError) for i, each in enumerate(polygons)]
-    return [locked(corners_of(shape)) for shape in shapes]
+def _checked(polygons: Sequence[ArrayLike], name: str) -> list[CheckedShape]:
+    return [CheckedShape(checked_shape(each, f"{name}[{i}]", AreaError)) for i, each in enumerate(polygons)]
 
 
-def _pieces(rings: Sequence[Array]) -> list[Array]:
-    """Convex pieces (m_i, 2) of obstacles, all corners of which are corners of these."""
-    found = []
-    for ring in rings:
-        origin = np.round(ring[0])  # shapely works on small numbers; whole metres make both ways exact
-        found += [piece + origin for piece in convex_pieces(shape_of(ring - origin))]
-    return found
+def _pieces(shapes: Sequence[CheckedShape]) -> list[Array]:
+    return [piece for shape in shapes for piece in shape.pieces]
 
 
 def _outside(boundary: Array | None) -> list[Array]:

@@ -40,13 +40,10 @@ def checked_polygon(
     points = _points(corners, name, error)
     if len(points) < 3:
         raise error(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
-    x, y = (points - points[0]).T
-    if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0.0:
-        points = points[::-1]
     shape = shapely.Polygon(points)
     if not shape.is_valid:
         raise error(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
-    return shape
+    return shape if shape.exterior.is_ccw else shapely.Polygon(points[::-1])
 
 
 def checked_shape(corners: ArrayLike, name: str, error: type[InputError] = CorridorError) -> Shape:
@@ -140,14 +137,16 @@ def convex_pieces(shape: Shape) -> list[Array]:
         return [corners_of(shape)]
     ring: Array = shapely.get_coordinates(shape)[:-1]
     # A corner that is given twice would hide which way it turns.
-    ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]
-    way = np.diff(ring, axis=0, append=ring[:1])
-    before = np.roll(way, 1, axis=0)
-    if (before[:, 0] * way[:, 1] - before[:, 1] * way[:, 0] >= 0.0).all():
+    loop = np.concatenate((ring[-1:], ring))
+    ring = ring[(loop[1:] != loop[:-1]).any(axis=1)]
+    loop = np.concatenate((ring[-1:], ring, ring[:1]))
+    (x, y), (next_x, next_y) = (loop[1:-1] - loop[:-2]).T, (loop[2:] - loop[1:-1]).T
+    if (x * next_y - y * next_x >= 0.0).all():
         return [ring]
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    origin = np.round(ring[0])  # shapely works on small numbers; whole metres make both ways exact
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.Polygon(ring - origin)))
     corners = shapely.get_coordinates(shapely.orient_polygons(triangles))
-    return list(corners.reshape(-1, 4, 2)[:, :-1])
+    return list(corners.reshape(-1, 4, 2)[:, :-1] + origin)
 
 
 def merge_convex(pieces: Sequence[Array]) -> list[Array]:

@@ -186,7 +186,7 @@ class DockingController:
         Kept are a route that stays clear, a search without changes near it, and obstacles given to `step`.
 
         Args:
-            area: all of it; what differs by `rti_mpcc.world.surroundings.MOVED` at most is no change.
+            area: all of it; what differs by `rti_mpcc.world.obstacles.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.

@@ -39,7 +39,8 @@ from rti_mpcc.model.layout import PHI, POSE, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.state import ControllerState
 from rti_mpcc.types import Array, Trajectory
-from rti_mpcc.world.surroundings import Surroundings, TrackedObstacle
+from rti_mpcc.world.obstacles import TrackedObstacle
+from rti_mpcc.world.surroundings import Surroundings
 
 STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
 SWING_CLEARANCE = 0.33  # of the body's width, left to swing out past what blocks the route

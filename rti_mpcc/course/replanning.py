@@ -14,6 +14,7 @@ from math import tan
 import numpy as np
 
 from geometry import Area, Pose2
+from geometry.area import with_checked
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course import route_start
@@ -30,7 +31,8 @@ from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.state import ControllerState, Phase, RouteState
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.goals import GOAL_MOVED
-from rti_mpcc.world.surroundings import MOVED, Surroundings, obstacles_changed
+from rti_mpcc.world.obstacles import MOVED, obstacles_changed
+from rti_mpcc.world.surroundings import Surroundings
 
 _REPLAN_AFTER = 1.0  # [s] at rest after which a blocked vehicle asks for another route
 _UNMOVED = (0.03, 0.03, 0.03)
@@ -146,7 +148,7 @@ class Replanner:
 
     def area_known(self, s: ControllerState) -> Area:
         """The area with all known static obstacles."""
-        return self._area.with_obstacles([each.outline for each in s.area.tracked.standing])
+        return with_checked(self._area, [each.checked for each in s.area.tracked.standing])
 
     def leaving(self, s: ControllerState, why: str) -> ControllerState:
         """The state of a vehicle that leaves its route and replans in all of the area."""

@@ -21,7 +21,8 @@ from rti_mpcc.model.layout import DELTA_DOT, A, V
 from rti_mpcc.state import ControllerState, Phase, Yielding
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 from rti_mpcc.world import goal_setpoint
-from rti_mpcc.world.surroundings import CLEAR_TIME, GOAL_REACH
+from rti_mpcc.world.obstacles import CLEAR_TIME
+from rti_mpcc.world.surroundings import GOAL_REACH
 
 PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
 IN_REACH = 1.1  # times firm; more than that would stop no vehicle in reach of a passed goal

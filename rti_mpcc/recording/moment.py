@@ -11,7 +11,7 @@ import numpy as np
 from geometry import Corridor, ReferencePath
 from geometry.outline import corners_of, drawn_shape, shape_of
 from rti_mpcc.types import Array, Command, VehicleState
-from rti_mpcc.world.surroundings import TrackedObstacle
+from rti_mpcc.world.obstacles import TrackedObstacle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -231,7 +231,7 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, 
     if obstacles is None:
         return known
     try:
-        if known.tracked.are_given_again(obstacles):
+        if known.tracked.are_given_again(obstacles, now):
             return known.given_again(now)
         outlines, problem = _outlines(obstacles)
         if not problem:

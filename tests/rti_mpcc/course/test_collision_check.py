@@ -17,7 +17,8 @@ from rti_mpcc.model.actuators import Actuators
 from rti_mpcc.model.footprint import body_polygons, clearances
 from rti_mpcc.state import ControllerState, Task
 from rti_mpcc.types import Array, Obstacle, Trajectory
-from rti_mpcc.world.surroundings import Surroundings, Tracked, TrackedObstacle, observed
+from rti_mpcc.world.obstacles import Tracked, TrackedObstacle, observed
+from rti_mpcc.world.surroundings import Surroundings
 from rti_mpcc.world.world import VehicleEstimate
 from tests.rti_mpcc.encounters import square
 

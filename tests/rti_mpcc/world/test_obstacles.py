@@ -12,7 +12,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import DockingController, InputError, Obstacle, VehicleState
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array
-from rti_mpcc.world.surroundings import TrackedObstacle, observed
+from rti_mpcc.world.obstacles import TrackedObstacle, observed
 from tests.rti_mpcc.encounters import square
 
 CYCLE = 0.05
@@ -38,6 +38,16 @@ def test_the_velocity_is_what_the_middle_does(speed: float) -> None:
     assert found.speed == pytest.approx(speed)
 
 
+def test_one_that_was_moved_stands_again_although_it_trembles_in_a_slow_map() -> None:
+    """It is given at 50 Hz and seen anew at 5 Hz."""
+    noise = np.random.default_rng(3).normal(0.0, 0.03, (60, 2))
+    known: tuple[TrackedObstacle, ...] = ()
+    for k in range(500):
+        place = square(5.0 if k < 100 else 5.3, 1.0, 0.6) + noise[k // 10]
+        known = observed(known, [place], 0.02 * k, 0.02 * (k - 1))
+        assert known[0].moves is (100 <= k < 165)
+
+
 def test_noise_of_a_centimetre_is_no_motion() -> None:
     rng = np.random.default_rng(3)
     (found,) = watched(lambda t: [square(5.0, 1.0, 0.6) + rng.normal(0.0, 0.01, 2)], 10.0)
@@ -56,6 +66,36 @@ def test_they_are_told_apart_in_whatever_order_they_come() -> None:
     assert found[1].velocity == pytest.approx([1.0, 0.0])
     assert found[2].velocity == pytest.approx([0.0, -2.0])
     assert sorted(each.index for each in found) == [0, 1, 2]
+
+
+WIDER = square(5.0, 1.0, 0.6) + np.array([(0.0, 0.0), (0.1, 0.0), (0.1, 0.0), (0.0, 0.0)])
+
+
+@pytest.mark.parametrize(("lasts", "counts"), [(0.2, False), (0.45, False), (0.55, True)])
+def test_an_edge_that_shows_for_a_moment_elsewhere_does_not_count(lasts: float, counts: bool) -> None:
+    def places(t: float) -> list[Array]:
+        return [WIDER if 1.0 <= t < 1.0 + lasts else square(5.0, 1.0, 0.6)]
+
+    for seconds in np.arange(0.9, 1.0 + lasts, CYCLE):
+        (found,) = watched(places, seconds)
+        assert not found.moves
+    assert (found.checked.corners.tolist() == WIDER.tolist()) is counts
+
+
+@pytest.mark.parametrize("seed", [33, 84, 151, 228])
+def test_edges_of_a_cell_that_flicker_do_not_move(seed: int) -> None:
+    """At 5 Hz, by 10 cm; in these the first that are off are off alike."""
+    rng = np.random.default_rng(seed)
+    flicker = [0.1 * rng.integers(-1, 2, 4) * (rng.uniform(size=4) < 0.07) for _ in range(40)]
+
+    def places(t: float) -> list[Array]:
+        left, low, right, high = np.array([5.0, 1.0, 6.0, 2.0]) + flicker[int(5.0 * t + 1e-6)]
+        return [np.array([(left, low), (right, low), (right, high), (left, high)])]
+
+    known: tuple[TrackedObstacle, ...] = ()
+    for k in range(160):
+        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE)
+        assert not known[0].moves
 
 
 # -- obstacles given to a controller again -------------------------------------------------------------------
@@ -99,10 +139,10 @@ def test_what_says_that_it_stands_is_static_and_keeps_its_outline_within_noise()
         noisy = Obstacle(first + rng.normal(0.0, 0.005, 2), (0.0, 0.0))
         known = observed(known, [noisy], k * CYCLE, (k - 1) * CYCLE)
         assert not known[0].moves
-        assert known[0].outline.tolist() == first.tolist()
-    (found,) = observed(known, [Obstacle(square(5.2, 1.0, 0.6), (0.0, 0.0))], 2.0, 1.95)
+        assert known[0].checked.corners.tolist() == first.tolist()
+    (found,) = observed(known, [Obstacle(square(5.3, 1.0, 0.6), (0.0, 0.0))], 2.0, 1.95)
     assert not found.moves
-    assert found.outline.tolist() == square(5.2, 1.0, 0.6).tolist()
+    assert found.checked.corners.tolist() == square(5.3, 1.0, 0.6).tolist()
 
 
 def test_without_a_velocity_it_is_found_as_of_a_bare_polygon() -> None:

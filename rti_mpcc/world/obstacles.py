@@ -1,0 +1,298 @@
+"""Obstacles from cycle to cycle: which are the same, which of them move, and what of a change counts.
+
+An obstacle is given as a polygon, or with its velocity (`rti_mpcc.types.Obstacle`). A polygon is matched with
+the obstacle of the last cycle whose middle is nearest, if it can have come from there; its velocity is that
+of its middle over the last moments.
+
+A static obstacle keeps its outline until one is given that differs from it by more than `MOVED`: another
+order of obstacles or corners, rounding, and noise of a centimetre change nothing. One that differs by less
+than `JUMP` has to last: the cells of a map flicker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from math import inf, log, sqrt
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from geometry import CorridorError
+from geometry.arrays import locked
+from geometry.outline import CheckedShape, Shape, checked_shape
+from rti_mpcc.types import Array, Index, Obstacle
+
+MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what differs by less is no change
+OBSERVATION = 0.3  # [s] over which the speed of an obstacle is measured
+CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was stopped drives on
+FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
+JUMP = 0.2  # [m] by which noise may put a middle elsewhere, at most
+LASTING = 0.5  # [s] for which another outline of what stands, by `JUMP` at most, is given before it counts
+SIGMAS = 7.0  # by which the difference of two middles exceeds their noise: once in 200,000
+NOISE_READINGS = 5, 20  # by which that noise is known, at least and at most
+FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
+
+ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TrackedObstacle:
+    """An obstacle and what was seen of its motion.
+
+    Attributes:
+        index: in the list that was told last.
+        outline: (m, 2) as it was given last [m]; checked: the shape that counts for it.
+        differs_since: since when the outline has differed from that shape, and been the same, to within
+            `MOVED` [s], or None.
+        seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
+        velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
+        moves: whether it moves; still_since: since when it has not [s], for one that did.
+        readings: (x [m], y [m]) of its middle when it was last seen anew; a map that is slower than the
+            cycles gives each of them several times.
+        stated: its motion was given with it; name: in reasons, or "".
+    """
+
+    index: int
+    outline: Array
+    checked: CheckedShape
+    seen: tuple[tuple[float, float, float], ...]
+    velocity: Array
+    differs_since: float | None = None
+    moves: bool = False
+    still_since: float | None = None
+    turn_rate: float = 0.0
+    readings: tuple[tuple[float, float], ...] = ()
+    stated: bool = False
+    name: str = ""
+
+    @property
+    def speed(self) -> float:
+        """Of its middle [m/s]."""
+        return float(np.hypot(*self.velocity))
+
+    @property
+    def turning(self) -> float:
+        """How much faster than its middle a corner may be [m/s]."""
+        return abs(self.turn_rate) * self.radius
+
+    @property
+    def radius(self) -> float:
+        """Of the circle around its middle with all of it [m], if it turns."""
+        return float(np.hypot(*(self.outline - self.seen[-1][1:]).T).max()) if self.turn_rate else 0.0
+
+    @property
+    def settled(self) -> bool:
+        """Whether it stays the same if it is given again as it is: that tells nothing new of its motion."""
+        return not (self.moves or self.stated)
+
+    @property
+    def due(self) -> float:
+        """When the outline, if it is given until then, counts [s]."""
+        return inf if self.differs_since is None else self.differs_since + LASTING
+
+    def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
+        """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
+        before = self._seen_before(now, last)
+        if not before:
+            return new
+        known = {} if new.stated else self._motion((*before, *new.seen))
+        if self.moves or known.get("moves", new.moves):
+            return replace(new, **known)
+        apart = _apart(self.checked, new.checked)
+        if apart <= MOVED:
+            known["checked"] = self.checked
+        elif apart <= JUMP and now < self.due:  # it may show for a moment only, as in a map that flickers
+            again = self.differs_since is not None and _apart(_checked(self.outline), new.checked) <= MOVED
+            since = self.differs_since if again else now
+            known |= {"checked": self.checked, "differs_since": since}
+        return replace(new, **known)
+
+    def _seen_before(self, now: float, last: float) -> list[tuple[float, float, float]]:
+        """Of the moments that are known: the newest that is old enough, and all since."""
+        stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
+        old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
+        return known[old:]
+
+    def _motion(self, seen: tuple[tuple[float, float, float], ...]) -> dict[str, Any]:
+        """Whether and how fast this obstacle moves, by where it was seen until now."""
+        (since, *first), (now, *last) = seen[0], seen[-1]
+        moved = np.subtract(last, first)
+        distance = float(np.hypot(*moved))
+        displaced = distance > MOVED and distance > min(SIGMAS * self._noise(), JUMP)
+        since_when = None if displaced else (now if self.still_since is None else self.still_since)
+        still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
+        readings, here = self.readings, (last[0], last[1])
+        if readings[-1:] != (here,):
+            readings = (*readings, here)[-NOISE_READINGS[1] :]
+        known = {"seen": seen, "readings": readings}
+        if still and not displaced:
+            return known | {"velocity": np.zeros(2), "moves": False, "still_since": None}
+        velocity = moved / max(now - since, distance / FASTEST)
+        return known | {"velocity": velocity, "moves": True, "still_since": since_when}
+
+    def _noise(self) -> float:
+        """Standard deviation of the readings along an axis [m], by the upper quartile of their second
+        differences: neither an even motion nor a sudden one changes it much."""
+        if len(self.readings) < NOISE_READINGS[0]:
+            return JUMP
+        second = np.diff(self.readings, 2, axis=0)
+        return sqrt(float(np.quantile((second**2).sum(axis=1), 0.75)) / (12.0 * log(4.0)))
+
+    @property
+    def shape(self) -> Shape:
+        """The same as a point, a line or a polygon [m]."""
+        return self.checked.shape
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """The obstacles of a cycle. What follows from all of them is found once, when it is first needed."""
+
+    obstacles: tuple[TrackedObstacle, ...]
+
+    @cached_property
+    def standing(self) -> tuple[TrackedObstacle, ...]:
+        """Those that stand."""
+        return tuple([each for each in self.obstacles if not each.moves])
+
+    @cached_property
+    def moving(self) -> tuple[TrackedObstacle, ...]:
+        """Those that move."""
+        return tuple([each for each in self.obstacles if each.moves])
+
+    @cached_property
+    def _settled(self) -> bool:
+        return all(each.settled for each in self.obstacles)
+
+    @cached_property
+    def _due(self) -> float:
+        return min((each.due for each in self.obstacles), default=inf)
+
+    @cached_property
+    def _joined(self) -> tuple[Array, list[int]]:
+        return _join([each.outline for each in self.obstacles])
+
+    def are_given_again(self, given: Any, now: float) -> bool:
+        """Whether these are bare outlines, at `now` [s] the same as those of all obstacles, settled ones."""
+        if not (self._settled and now < self._due and isinstance(given, list | tuple | np.ndarray)):
+            return False
+        try:
+            (corners, counts), known = _join(given), self._joined
+        except (TypeError, ValueError):  # not bare ones, or not readable
+            return False
+        return counts == known[1] and np.array_equal(corners, known[0])
+
+
+def _join(outlines: Any) -> tuple[Array, list[int]]:
+    """Corners (k, 2) of outlines, one after the other [m], and how many each has. Raises TypeError for an
+    `Obstacle`, which says more than where it is, and ValueError for what is no outline."""
+    return np.concatenate([np.empty((0, 2)), *outlines]), list(map(len, outlines))
+
+
+def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
+    """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
+    corners = locked(np.array(given, dtype=np.float64))
+    try:
+        checked = _checked(corners)
+    except CorridorError:  # told with its number
+        checked = CheckedShape(checked_shape(corners, f"obstacles[{index}]"))
+    middle = checked.shape.centroid
+    name = given.name if isinstance(given, Obstacle) else ""
+    seen, stands = ((now, middle.x, middle.y),), np.zeros(2)
+    found = TrackedObstacle(
+        index=index, outline=corners, checked=checked, seen=seen, velocity=stands, name=name
+    )
+    if not isinstance(given, Obstacle) or given.velocity is None:
+        return found
+    velocity, turn_rate = np.array(given.velocity), given.turn_rate
+    moves = bool(velocity.any()) or turn_rate != 0.0
+    return replace(found, stated=True, velocity=velocity, turn_rate=turn_rate, moves=moves)
+
+
+def _checked(corners: Array) -> CheckedShape:
+    return _checked_once(corners.shape, corners.tobytes())
+
+
+@lru_cache(maxsize=4096)
+def _checked_once(size: tuple[int, ...], corners: bytes) -> CheckedShape:
+    """The shape of an outline: a map that flickers gives the same ones again and again."""
+    return CheckedShape(checked_shape(np.frombuffer(corners).reshape(size), "obstacles"))
+
+
+def _apart(one: CheckedShape, other: CheckedShape) -> float:
+    return float(shapely.hausdorff_distance(one.shape, other.shape))
+
+
+def observed(
+    known: tuple[TrackedObstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float
+) -> tuple[TrackedObstacle, ...]:
+    """The obstacles given at `now` [s], by those `known`, given at `last`; the same tuple if nothing is new.
+
+    Raises:
+        CorridorError: one that is no simple polygon.
+    """
+    same = [
+        k < len(known)
+        and now < known[k].due
+        and not _states_motion(each)
+        and np.array_equal(known[k].outline, each)
+        for k, each in enumerate(outlines)
+    ]
+    if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
+        return known
+    given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
+    left = np.array([not (k < len(same) and same[k]) for k in range(len(known))], dtype=bool)
+    farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
+    middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
+    found = []
+    for k, obstacle in enumerate(given):
+        if same[k] and obstacle.settled:
+            found.append(obstacle)
+            continue
+        place = k if same[k] else _match(obstacle, known, middles, np.flatnonzero(left), farthest)
+        if place is None:
+            found.append(obstacle)
+            continue
+        left[place] = False
+        if same[k]:
+            obstacle = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
+        found.append(known[place].seen_as(obstacle, now, last))
+    return tuple(found)
+
+
+def _states_motion(given: ArrayLike) -> bool:
+    return isinstance(given, Obstacle) and given.velocity is not None
+
+
+def obstacles_changed(
+    before: Sequence[TrackedObstacle], now: Sequence[TrackedObstacle], least: float
+) -> bool:
+    """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
+    shapes = [np.array([each.shape for each in known], dtype=object) for known in (before, now)]
+    if len(before) == len(now):  # those that are nearly the same, and far from all others, need no look
+        differ = shapely.hausdorff_distance(*shapes) > least
+        others = shapely.union_all(np.concatenate([each[differ] for each in shapes]))
+        near = np.logical_or(*(shapely.dwithin(each, others, least) for each in shapes))
+        shapes = [each[near] for each in shapes]
+    one, other = map(shapely.union_all, shapes)
+    if one.is_empty or other.is_empty:
+        return bool(one.is_empty != other.is_empty)
+    return bool(shapely.hausdorff_distance(one, other) > least)
+
+
+def _match(
+    obstacle: TrackedObstacle, known: Sequence[TrackedObstacle], middles: Array, left: Index, farthest: float
+) -> int | None:
+    """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
+    several at the same place the most similar one."""
+    apart = np.hypot(*(middles[left] - obstacle.seen[-1][1:]).T)
+    least = apart.min(initial=inf)
+    if least > farthest:
+        return None
+    nearest = left[apart <= least + ROUNDING].tolist()
+    return int(min(nearest, key=lambda k: shapely.hausdorff_distance(known[k].shape, obstacle.shape)))
