@@ -39,7 +39,9 @@ help:
 	@echo "make pythons     try Python 3.11, 3.12 and 3.13, each where found: install, dock, tests"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
-test: lint types unit
+# Types are checked beside the tests.
+test: $(TEST)
+	$(MAKE) --no-print-directory -j3 lint types unit
 
 lint: $(TEST)
 	$(PY) -m ruff check .

@@ -11,12 +11,12 @@ from math import radians
 
 import numpy as np
 
+from benchmarks.collisions import meet
+from benchmarks.encounters import Car, Drive, drive
 from benchmarks.tables import ROOT, command_line, number, origin, replace_block, table, told
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.simulation import load_scenario
-from tests.rti_mpcc.collisions import meet
-from tests.rti_mpcc.encounters import Car, Drive, drive
 
 COMMAND = "python -m benchmarks.measure_obstacles"
 SEED = 77

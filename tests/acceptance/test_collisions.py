@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.rti_mpcc.collisions import check_chatter, keep_promises, meet
+from benchmarks.collisions import check_chatter, keep_promises, meet
 
 
 @pytest.mark.parametrize("chunk", range(1, 9))

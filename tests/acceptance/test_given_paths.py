@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Pose2, ReferencePath
 from rti_mpcc import ControllerConfig
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Driver
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18)

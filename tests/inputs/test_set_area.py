@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Area, InputError
 from rti_mpcc import Command, DockingController, VehicleState
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.types import Array, Status
 from tests.lists import some_of
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import BRISK, CYCLE, DOOR, ROOMS, YARD, Drive, Driver, block
 
 ON_ROUTE = block(8.0, -1.5, 9.0, 1.5)

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ConfigError, ControllerConfig, Limits, Vehicle
 from tests.lists import some_of
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Driver, block
 
 CONFIG: Any = ControllerConfig

@@ -10,13 +10,13 @@ import pytest
 import shapely
 from numpy.typing import ArrayLike
 
+from benchmarks.encounters import body_at
 from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.shape_grid import Body
 from rti_mpcc import DockingController, VehicleState
 from rti_mpcc.types import Array, Status
 from tests.geometry.convex_shapes import placed
 from tests.geometry.sides import distances as of_bodies
-from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, YARD, Driver, block
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])

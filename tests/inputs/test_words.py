@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.encounters import square
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc import (
@@ -25,7 +26,6 @@ from rti_mpcc import (
 )
 from rti_mpcc.simulation.plant import PlantParameters, PlantState
 from tests.rti_mpcc.docking_runs import obeyed
-from tests.rti_mpcc.encounters import square
 from tests.rti_mpcc.yards import block
 
 START = Pose2(0.0, 0.0, 0.0)

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from benchmarks.encounters import on_lane
 from rti_mpcc import VehicleState
 from rti_mpcc.config import ControllerConfig, Limits, Vehicle, Weights
 from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Source
 from tests.properties.magnitudes import few_examples, from_zero, positive, signed
-from tests.rti_mpcc.docking_runs import on_lane
 
 
 @pytest.mark.parametrize(

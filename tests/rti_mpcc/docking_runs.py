@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
+from geometry import PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.clock import CycleClock, Decisions, PlayedBack
-from rti_mpcc.config import ControllerConfig, Vehicle
+from rti_mpcc.config import Vehicle
 from rti_mpcc.docking import DockingController
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
@@ -49,15 +49,6 @@ def on_segments(
             **tables,
         }
     )
-
-
-def on_lane(
-    path: ReferencePath | float, half: float, config: ControllerConfig | None = None
-) -> DockingController:
-    """On a path, or so far [m] straight along x, in a corridor `half` [m] to both sides."""
-    if not isinstance(path, ReferencePath):
-        path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, path)])
-    return DockingController(path, Corridor.from_offsets(path, left=half, right=-half), config)
 
 
 def straight(

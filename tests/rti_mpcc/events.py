@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
+from benchmarks.encounters import body_at
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, DockingMission, Source, Status
@@ -24,7 +25,6 @@ from rti_mpcc.mission import Dock, DriveTo, Step, Undock, Wait
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array
 from tests.rti_mpcc.docking_runs import obeyed
-from tests.rti_mpcc.encounters import body_at
 
 PLACES = ("path", "cusp", "area", "mission")
 LONGEST = 240.0

@@ -12,10 +12,10 @@ from math import pi, radians
 
 import numpy as np
 
+from benchmarks.encounters import on_lane
 from benchmarks.foreign import Car, Ride, drive
 from benchmarks.foreign_sensors import Faulty, dead_band
 from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle
-from tests.rti_mpcc.docking_runs import on_lane
 
 AFTER = 60.0  # [s] after DOCKED
 SECONDS = 240.0  # of a ride, at most [s]

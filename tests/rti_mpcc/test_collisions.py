@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.collisions import check_chatter, check_overlaps, keep_promises, meet
+from benchmarks.encounters import Car, Drive, drive, on_lane, square
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, Source, Status
 from tests.lists import some_of
-from tests.rti_mpcc.collisions import check_chatter, check_overlaps, keep_promises, meet
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Drive, drive, square
 from tests.rti_mpcc.yards import block
 
 START = Pose2(0.0, 0.0, 0.0)

@@ -20,13 +20,14 @@ import numpy as np
 import pytest
 from numba.core import config
 
+from benchmarks.encounters import on_lane
 from geometry import compiled
 from rti_mpcc import ControllerConfig, Pose2, ReferencePath
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.simulation.plant import PlantParameters, PlantState
 from tests.processes import ROOT, printed
-from tests.rti_mpcc.docking_runs import obeyed, on_lane
+from tests.rti_mpcc.docking_runs import obeyed
 from tests.rti_mpcc.hold_draws import GOAL, SEGMENTS
 
 BOUNDS = tomllib.loads(Path(__file__).with_name("cost_bounds.toml").read_text())

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, VehicleState
 from rti_mpcc.clock import CycleClock
@@ -22,7 +23,6 @@ from tests.rti_mpcc.docking_runs import (
     docking_figures,
     drive,
     granting,
-    on_lane,
     present,
     short,
     straight,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import CorridorError, Pose2
 from rti_mpcc import ControllerConfig, Vehicle
 from rti_mpcc.clock import CycleClock
@@ -18,7 +19,7 @@ from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.lists import some_of
-from tests.rti_mpcc.docking_runs import Clocked, drive, granting, on_lane, short
+from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
 from tests.rti_mpcc.yards import YARD, Driver
 
 Run = list[tuple[PlantState, Command]]

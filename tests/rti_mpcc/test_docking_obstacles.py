@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import Car, Drive, drive, on_lane, square
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, Reason
 from rti_mpcc.config import Vehicle
@@ -21,12 +22,10 @@ from tests.rti_mpcc.docking_runs import (
     box,
     docking_figures,
     granting,
-    on_lane,
     present,
     straight,
     wall,
 )
-from tests.rti_mpcc.encounters import Car, Drive, drive, square
 from tests.rti_mpcc.yards import block
 
 FRONT, REAR = Vehicle().front, Vehicle().rear

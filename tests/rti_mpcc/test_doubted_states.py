@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.encounters import Car, Plant, on_lane
 from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState
 from rti_mpcc.types import Reason
 from rti_mpcc.world.monitor import FROZEN_DISTANCE, FROZEN_SPEED, MODEL_MISMATCH
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()
 LIMITS = CONFIG.plausibility

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.world.surroundings import GOAL_REACH
 from tests.lists import acceptance, some_of
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.events import PLACES, Ride
 from tests.rti_mpcc.yards import Driver, block
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.encounters import on_lane
 from benchmarks.foreign import Car, Event, drive
 from rti_mpcc import Area, ControllerConfig, DockingController, Pose2, ReferencePath, Status, Vehicle
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.hold_draws import GOAL, Draw, stay_of
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
+from benchmarks.encounters import on_lane
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.types import Array
 from tests.lists import some_of
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import Drive, Driver, block
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import Car, Drive, Outlines, drive, on_lane, square
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, Source, Status
 from rti_mpcc.types import Array
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Drive, Outlines, drive, square
 from tests.rti_mpcc.yards import block
 
 FRONT, REAR = ControllerConfig().vehicle.front, ControllerConfig().vehicle.rear

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.encounters import Car, Plant, on_lane
 from rti_mpcc import Command, ControllerConfig, Source
 from rti_mpcc.clock import Decisions, PlayedBack
 from rti_mpcc.drive.fallback import PLAN_LIFE, PLAN_OFFSET
 from rti_mpcc.qp.solver import Stop
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Plant
 
 CONFIG = ControllerConfig()
 FAILED = Decisions(granted=(True,) * 40, stops=(Stop("forced to fail", 0),) * 40)

@@ -9,10 +9,9 @@ from math import acos, sin
 import numpy as np
 import pytest
 
+from benchmarks.encounters import Car, Drive, drive, on_lane
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Drive, drive
 
 WIDE = 3.0
 BEND = 1.0 / 33.0

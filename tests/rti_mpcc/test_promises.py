@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.encounters import body_at
 from geometry import Pose2
 from rti_mpcc import Command, Reason, Source, Status, VehicleState
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
 from tests.lists import acceptance, some_of
-from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.promises import check_numbers, keep_promises
 from tests.rti_mpcc.yards import BEYOND, BRISK, ROOMS, Drive, Driver, block
 

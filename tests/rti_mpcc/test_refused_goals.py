@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.encounters import on_lane
 from geometry import Pose2
 from rti_mpcc import Command, DockingController, Status, VehicleState
-from tests.rti_mpcc.docking_runs import on_lane
 from tests.rti_mpcc.yards import YARD
 
 

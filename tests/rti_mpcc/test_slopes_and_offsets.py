@@ -11,10 +11,9 @@ from math import hypot, radians
 import numpy as np
 import pytest
 
+from benchmarks.encounters import Car, Drive, drive, on_lane
 from geometry import Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, Limits, Status
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Drive, drive
 
 CONFIG = ControllerConfig(dead_time=0.18)
 OFFSET = radians(2.0)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from benchmarks.encounters import body_at
 from estimation import GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState
@@ -17,7 +18,6 @@ from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance
 from rti_mpcc.types import Array
 from tests.rti_mpcc.docking_runs import obeyed
-from tests.rti_mpcc.encounters import body_at
 
 CYCLE, DEAD_TIME = 0.05, 0.18
 BRISK = ControllerConfig(cycle=CYCLE, dead_time=DEAD_TIME, comfort_acceleration=1.2)

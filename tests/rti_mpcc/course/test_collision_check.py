@@ -7,6 +7,7 @@ import pytest
 import shapely
 import shapely.affinity
 
+from benchmarks.encounters import square
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
@@ -20,7 +21,6 @@ from rti_mpcc.types import Array, Obstacle, Trajectory
 from rti_mpcc.world.obstacles import Tracked, TrackedObstacle, observed
 from rti_mpcc.world.surroundings import Surroundings
 from rti_mpcc.world.world import VehicleEstimate
-from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig(dead_time=0.18)
 WALL_AT = 20.0

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.encounters import body_at
 from geometry import Area, Pose2
 from rti_mpcc.mission.undock import undock_ends
 from rti_mpcc.types import Array
-from tests.rti_mpcc.encounters import body_at
 from tests.rti_mpcc.yards import BRISK, START, YARD, block
 
 HALF = 0.5 * BRISK.vehicle.width

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.encounters import square
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import DockingController, InputError, Obstacle, VehicleState
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array
 from rti_mpcc.world.obstacles import TrackedObstacle, observed
-from tests.rti_mpcc.encounters import square
 
 CYCLE = 0.05
 CONFIG = ControllerConfig()

@@ -13,7 +13,7 @@ from math import cos, sin, tan
 import numpy as np
 import shapely
 
-from geometry import Pose2
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, DockingController, Source, Vehicle, VehicleState
 from rti_mpcc.types import Array
 
@@ -44,6 +44,7 @@ class Car:
 
     @property
     def vehicle(self) -> Vehicle:
+        """What the controller was told of it."""
         return self.config.vehicle
 
 
@@ -65,13 +66,16 @@ class Plant:
 
     @property
     def measured(self) -> VehicleState:
+        """The true state, as it is measured."""
         return VehicleState(x=self.x, y=self.y, phi=self.phi, v=self.v, delta=self.delta)
 
     @property
     def body(self) -> shapely.Polygon:
+        """Where the body is [m]."""
         return body_at(self.x, self.y, self.phi, self.car.vehicle)
 
     def command(self, acceleration: float, steering_rate: float) -> None:
+        """Commands [m/s²], [rad/s], which act after the dead time."""
         self.pending.append((self.time + self.car.config.dead_time, acceleration, steering_rate))
 
     def obey(self, command: Command, seconds: float) -> None:
@@ -97,6 +101,15 @@ class Plant:
             self.delta = min(max(self.delta + STEP * self.rate, -limits.steering), limits.steering)
             self.time += STEP
             yield
+
+
+def on_lane(
+    path: ReferencePath | float, half: float, config: ControllerConfig | None = None
+) -> DockingController:
+    """On a path, or so far [m] straight along x, in a corridor `half` [m] to both sides."""
+    if not isinstance(path, ReferencePath):
+        path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, path)])
+    return DockingController(path, Corridor.from_offsets(path, left=half, right=-half), config)
 
 
 def body_at(x: float, y: float, phi: float, vehicle: Vehicle) -> shapely.Polygon:
@@ -139,10 +152,12 @@ class Drive:
 
     @property
     def collisions(self) -> tuple[Contact, ...]:
+        """Contacts at speed."""
         return tuple(contact for contact in self.contacts if abs(contact.speed) > FAST)
 
     @property
     def docked(self) -> bool:
+        """Whether it is docked in the end."""
         return self.commands[-1].docked
 
     @property

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
+from benchmarks.encounters import Car, Drive, Plant, copied, drive, on_lane, square, stops_in_time
 from geometry import Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, Source
 from rti_mpcc.types import Array
-from tests.rti_mpcc.docking_runs import on_lane
-from tests.rti_mpcc.encounters import Car, Drive, Plant, copied, drive, square, stops_in_time
 
 HALF = 4.0
 """Half width of the lane [m]."""
