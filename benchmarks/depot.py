@@ -26,7 +26,7 @@ from rti_mpcc.types import Array
 
 CELL, SHARE, PERIOD = 0.1, 0.05, 0.2
 """Of the map [m], of the edges that are off, of the readings [s]."""
-CONFIG = ControllerConfig(cycle=0.05, deadline=None)
+CONFIG = ControllerConfig(cycle=0.05)
 YARD = shapely.box(0.0, -4.0, 68.0, 46.0)
 SHELVES = np.array(
     [

@@ -36,6 +36,7 @@ SIGMAS = 7.0  # by which the difference of two middles exceeds their noise: once
 NOISE_READINGS = 5, 20  # by which that noise is known, at least and at most
 FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
 
+_ROUNDED = 1e-9  # [s] by which differences of times are
 ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
 
 
@@ -113,7 +114,9 @@ class TrackedObstacle:
 
     def _seen_before(self, now: float, last: float) -> list[tuple[float, float, float]]:
         """Of the moments that are known: the newest that is old enough, and all since."""
-        stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
+        # A map slower than the cycles gave it where it was, and it moved since it was read.
+        since, x, y = self.seen[-1]
+        stood = [(at, x, y) for at in (min(now - OBSERVATION - _ROUNDED, last), last) if at > since]
         known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
         old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
         return known[old:]

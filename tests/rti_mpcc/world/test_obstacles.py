@@ -48,6 +48,16 @@ def test_one_that_was_moved_stands_again_although_it_trembles_in_a_slow_map() ->
         assert known[0].moves is (100 <= k < 165)
 
 
+def test_the_first_step_that_a_slow_map_shows_is_no_leap() -> None:
+    """It walks at 1 m/s from the second 1 on, and is given every 0.3 s, in all cycles of 0.1 s."""
+    known: tuple[TrackedObstacle, ...] = ()
+    for k in range(20):
+        there = max(0.3 * (k // 3) - 0.95, 0.0)
+        others = [square(9.0, 9.0, 0.5)] if k % 2 else []
+        known = observed(known, [square(there, 2.0, 0.5), *others], 0.1 * k, 0.1 * (k - 1))
+        assert known[0].speed < 1.4
+
+
 def test_noise_of_a_centimetre_is_no_motion() -> None:
     rng = np.random.default_rng(3)
     (found,) = watched(lambda t: [square(5.0, 1.0, 0.6) + rng.normal(0.0, 0.01, 2)], 10.0)
