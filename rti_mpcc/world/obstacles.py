@@ -47,8 +47,8 @@ class TrackedObstacle:
     Attributes:
         index: in the list that was told last.
         outline: (m, 2) as it was given last [m]; checked: the shape that counts for it.
-        differs_since: since when the outline has differed from that shape, and been the same, to within
-            `MOVED` [s], or None.
+        steady_since: since when each outline has been that before, to within `MOVED` [s].
+        due: when the outline counts, if it stays until then [s], or inf where it is that shape.
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
         velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
@@ -62,7 +62,8 @@ class TrackedObstacle:
     checked: CheckedShape
     seen: tuple[tuple[float, float, float], ...]
     velocity: Array
-    differs_since: float | None = None
+    steady_since: float
+    due: float = inf
     moves: bool = False
     still_since: float | None = None
     turn_rate: float = 0.0
@@ -90,11 +91,6 @@ class TrackedObstacle:
         """Whether it stays the same if it is given again as it is: that tells nothing new of its motion."""
         return not (self.moves or self.stated)
 
-    @property
-    def due(self) -> float:
-        """When the outline, if it is given until then, counts [s]."""
-        return inf if self.differs_since is None else self.differs_since + LASTING
-
     def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
         """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
         before = self._seen_before(now, last)
@@ -104,12 +100,12 @@ class TrackedObstacle:
         if self.moves or known.get("moves", new.moves):
             return replace(new, **known)
         apart = _apart(self.checked, new.checked)
+        steady = _apart(_checked(self.outline), new.checked) <= MOVED
+        known["steady_since"] = since = self.steady_since if steady else now
         if apart <= MOVED:
             known["checked"] = self.checked
-        elif apart <= JUMP and now < self.due:  # it may show for a moment only, as in a map that flickers
-            again = self.differs_since is not None and _apart(_checked(self.outline), new.checked) <= MOVED
-            since = self.differs_since if again else now
-            known |= {"checked": self.checked, "differs_since": since}
+        elif apart <= JUMP and now < since + LASTING:  # it may show for a moment, as in a map that flickers
+            known |= {"checked": self.checked, "due": since + LASTING}
         return replace(new, **known)
 
     def _seen_before(self, now: float, last: float) -> list[tuple[float, float, float]]:
@@ -208,7 +204,7 @@ def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
     name = given.name if isinstance(given, Obstacle) else ""
     seen, stands = ((now, middle.x, middle.y),), np.zeros(2)
     found = TrackedObstacle(
-        index=index, outline=corners, checked=checked, seen=seen, velocity=stands, name=name
+        index=index, outline=corners, checked=checked, seen=seen, velocity=stands, steady_since=now, name=name
     )
     if not isinstance(given, Obstacle) or given.velocity is None:
         return found

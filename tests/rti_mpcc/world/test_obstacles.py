@@ -92,6 +92,17 @@ def test_an_edge_that_shows_for_a_moment_elsewhere_does_not_count(lasts: float, 
     assert (found.checked.corners.tolist() == WIDER.tolist()) is counts
 
 
+def test_an_edge_that_creeps_counts_as_soon_as_it_has_moved() -> None:
+    """At 0.1 m/s: no motion, but 5 cm in half a second, and seen in each cycle."""
+
+    def places(t: float) -> list[Array]:
+        return [square(5.0, 1.0, 0.6) + np.array([(0.0, 0.0), (0.1 * t, 0.0), (0.1 * t, 0.0), (0.0, 0.0)])]
+
+    for seconds in np.arange(0.1, 3.0, 0.1):
+        (found,) = watched(places, seconds)
+        assert places(seconds)[0][1, 0] - found.checked.corners[:, 0].max() < 0.06
+
+
 @pytest.mark.parametrize("seed", [33, 84, 151, 228])
 def test_edges_of_a_cell_that_flicker_do_not_move(seed: int) -> None:
     """At 5 Hz, by 10 cm; in these the first that are off are off alike."""
