@@ -11,10 +11,12 @@ than `JUMP` has to last: the cells of a map flicker.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, log, sqrt
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -49,27 +51,31 @@ class TrackedObstacle:
         outline: (m, 2) as it was given last [m]; checked: the shape that counts for it.
         steady_since: since when each outline has been that before, to within `MOVED` [s].
         due: when the outline counts, if it stays until then [s], or inf where it is that shape.
-        seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
+        readings: (time [s], x [m], y [m]) of each place of its middle, the newest last, and since when it was
+            there; of the place before, since when at the latest. A map that is slower than the cycles gives
+            each of them several times.
         velocity: (2,) [m/s]; 0 while it stands; turn_rate: as given [rad/s].
         moves: whether it moves; still_since: since when it has not [s], for one that did.
-        readings: (x [m], y [m]) of its middle when it was last seen anew; a map that is slower than the
-            cycles gives each of them several times.
         stated: its motion was given with it; name: in reasons, or "".
     """
 
     index: int
     outline: Array
     checked: CheckedShape
-    seen: tuple[tuple[float, float, float], ...]
+    readings: tuple[tuple[float, float, float], ...]
     velocity: Array
     steady_since: float
     due: float = inf
     moves: bool = False
     still_since: float | None = None
     turn_rate: float = 0.0
-    readings: tuple[tuple[float, float], ...] = ()
     stated: bool = False
     name: str = ""
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Where it is [m]."""
+        return self.readings[-1][1:]
 
     @property
     def speed(self) -> float:
@@ -84,19 +90,23 @@ class TrackedObstacle:
     @property
     def radius(self) -> float:
         """Of the circle around its middle with all of it [m], if it turns."""
-        return float(np.hypot(*(self.outline - self.seen[-1][1:]).T).max()) if self.turn_rate else 0.0
+        return float(np.hypot(*(self.outline - self.middle).T).max()) if self.turn_rate else 0.0
 
     @property
     def settled(self) -> bool:
         """Whether it stays the same if it is given again as it is: that tells nothing new of its motion."""
         return not (self.moves or self.stated)
 
+    def given_again(self, now: float) -> TrackedObstacle:
+        """This obstacle, without a stated motion, given at `now` [s] once more as it is."""
+        return self if self.settled else replace(self, **self._motion(self.readings, now))
+
     def seen_as(self, new: TrackedObstacle, now: float, last: float) -> TrackedObstacle:
         """This obstacle, given at `now` [s] as `new`; until `last` [s] it was at its known place."""
-        before = self._seen_before(now, last)
-        if not before:
+        if now - last > FORGOTTEN:
             return new
-        known = {} if new.stated else self._motion((*before, *new.seen))
+        readings = self._read(new.middle, now, last)
+        known = {"readings": readings} | ({} if new.stated else self._motion(readings, now))
         if self.moves or known.get("moves", new.moves):
             return replace(new, **known)
         apart = _apart(self.checked, new.checked)
@@ -108,38 +118,39 @@ class TrackedObstacle:
             known |= {"checked": self.checked, "due": since + LASTING}
         return replace(new, **known)
 
-    def _seen_before(self, now: float, last: float) -> list[tuple[float, float, float]]:
-        """Of the moments that are known: the newest that is old enough, and all since."""
-        # A map slower than the cycles gave it where it was, and it moved since it was read.
-        since, x, y = self.seen[-1]
-        stood = [(at, x, y) for at in (min(now - OBSERVATION - _ROUNDED, last), last) if at > since]
-        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
-        old = max((k for k, each in enumerate(known) if now - each[0] >= OBSERVATION), default=0)
-        return known[old:]
+    def _read(
+        self, here: tuple[float, float], now: float, last: float
+    ) -> tuple[tuple[float, float, float], ...]:
+        """The readings with the place where it is given at `now` [s]: those since `OBSERVATION`, at least."""
+        since, x, y = self.readings[-1]
+        if here == (x, y):
+            return self.readings
+        # It has not just left: a map slower than the cycles gave it where it was when that was read.
+        left = max(since, min(now - OBSERVATION, last))
+        readings = (*self.readings[:-1], (left, x, y), (now, *here))
+        old = _place_at(readings, now - OBSERVATION)
+        return readings[min(old, max(len(readings) - NOISE_READINGS[1], 0)) :]
 
-    def _motion(self, seen: tuple[tuple[float, float, float], ...]) -> dict[str, Any]:
-        """Whether and how fast this obstacle moves, by where it was seen until now."""
-        (since, *first), (now, *last) = seen[0], seen[-1]
-        moved = np.subtract(last, first)
+    def _motion(self, readings: tuple[tuple[float, float, float], ...], now: float) -> dict[str, Any]:
+        """Whether and how fast this obstacle moves, by its readings until now."""
+        moved = np.subtract(readings[-1][1:], readings[_place_at(readings, now - OBSERVATION)][1:])
         distance = float(np.hypot(*moved))
         displaced = distance > MOVED and distance > min(SIGMAS * self._noise(), JUMP)
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
-        readings, here = self.readings, (last[0], last[1])
-        if readings[-1:] != (here,):
-            readings = (*readings, here)[-NOISE_READINGS[1] :]
-        known = {"seen": seen, "readings": readings}
-        if still and not displaced:
-            return known | {"velocity": np.zeros(2), "moves": False, "still_since": None}
-        velocity = moved / max(now - since, distance / FASTEST)
-        return known | {"velocity": velocity, "moves": True, "still_since": since_when}
+        if (still and not displaced) or not moved.any():
+            return {"velocity": np.zeros(2), "moves": not still, "still_since": None if still else since_when}
+        ended, *place = readings[-1]
+        began, *first = readings[_place_at(readings, ended - OBSERVATION)]
+        velocity = np.subtract(place, first) / max(ended - began, distance / FASTEST)
+        return {"velocity": velocity, "moves": True, "still_since": since_when}
 
     def _noise(self) -> float:
         """Standard deviation of the readings along an axis [m], by the upper quartile of their second
         differences: neither an even motion nor a sudden one changes it much."""
         if len(self.readings) < NOISE_READINGS[0]:
             return JUMP
-        second = np.diff(self.readings, 2, axis=0)
+        second = np.diff(self.readings[-NOISE_READINGS[1] :], 2, axis=0)[:, 1:]
         return sqrt(float(np.quantile((second**2).sum(axis=1), 0.75)) / (12.0 * log(4.0)))
 
     @property
@@ -202,9 +213,15 @@ def first_seen(index: int, given: ArrayLike, now: float) -> TrackedObstacle:
         checked = CheckedShape(checked_shape(corners, f"obstacles[{index}]"))
     middle = checked.shape.centroid
     name = given.name if isinstance(given, Obstacle) else ""
-    seen, stands = ((now, middle.x, middle.y),), np.zeros(2)
+    readings, stands = ((now, middle.x, middle.y),), np.zeros(2)
     found = TrackedObstacle(
-        index=index, outline=corners, checked=checked, seen=seen, velocity=stands, steady_since=now, name=name
+        index=index,
+        outline=corners,
+        checked=checked,
+        readings=readings,
+        velocity=stands,
+        steady_since=now,
+        name=name,
     )
     if not isinstance(given, Obstacle) or given.velocity is None:
         return found
@@ -247,21 +264,23 @@ def observed(
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
     left = np.array([not (k < len(same) and same[k]) for k in range(len(known))], dtype=bool)
     farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
-    middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
+    middles = np.array([each.middle for each in known]).reshape(-1, 2)
     found = []
     for k, obstacle in enumerate(given):
-        if same[k] and obstacle.settled:
-            found.append(obstacle)
-            continue
-        place = k if same[k] else _match(obstacle, known, middles, np.flatnonzero(left), farthest)
-        if place is None:
-            found.append(obstacle)
-            continue
-        left[place] = False
         if same[k]:
-            obstacle = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
-        found.append(known[place].seen_as(obstacle, now, last))
+            found.append(obstacle.given_again(now))
+            continue
+        place = _match(obstacle, known, middles, np.flatnonzero(left), farthest)
+        if place is not None:
+            left[place] = False
+            obstacle = known[place].seen_as(obstacle, now, last)
+        found.append(obstacle)
     return tuple(found)
+
+
+def _place_at(readings: Sequence[tuple[float, float, float]], time: float) -> int:
+    """The place where it was at a time [s], or the first one that is known."""
+    return max(bisect_right(readings, time + _ROUNDED, key=itemgetter(0)) - 1, 0)
 
 
 def _states_motion(given: ArrayLike) -> bool:
@@ -289,7 +308,7 @@ def _match(
 ) -> int | None:
     """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
     several at the same place the most similar one."""
-    apart = np.hypot(*(middles[left] - obstacle.seen[-1][1:]).T)
+    apart = np.hypot(*(middles[left] - obstacle.middle).T)
     least = apart.min(initial=inf)
     if least > farthest:
         return None
