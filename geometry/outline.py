@@ -92,8 +92,9 @@ class CheckedShape:
 
     @cached_property
     def pieces(self) -> list[Array]:
-        """Return its `convex_pieces`."""
-        return convex_pieces(self.shape)
+        """Return its `convex_pieces`. Shapely works on small numbers; whole metres make both ways exact."""
+        origin = np.round(self.corners[0])
+        return [piece + origin for piece in convex_pieces(shape_of(self.corners - origin))]
 
     @cached_property
     def circle(self) -> tuple[float, float, float]:
@@ -143,10 +144,9 @@ def convex_pieces(shape: Shape) -> list[Array]:
     (x, y), (next_x, next_y) = (loop[1:-1] - loop[:-2]).T, (loop[2:] - loop[1:-1]).T
     if (x * next_y - y * next_x >= 0.0).all():
         return [ring]
-    origin = np.round(ring[0])  # shapely works on small numbers; whole metres make both ways exact
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.Polygon(ring - origin)))
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
     corners = shapely.get_coordinates(shapely.orient_polygons(triangles))
-    return list(corners.reshape(-1, 4, 2)[:, :-1] + origin)
+    return list(corners.reshape(-1, 4, 2)[:, :-1])
 
 
 def merge_convex(pieces: Sequence[Array]) -> list[Array]:
