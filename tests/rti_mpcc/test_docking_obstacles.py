@@ -111,10 +111,10 @@ def test_somebody_who_walks_across_is_waited_for_and_never_touched(
 # -- passed ----------------------------------------------------------------------------------------------
 
 
-def half_closed(direction: int, side: int, length: float) -> Scenario:
+def half_closed(direction: int, side: int, length: float, duration: float = 60.0) -> Scenario:
     """A straight path with 5 m of room on one side, left (1) or right (-1), and 1.5 m on the other."""
     room = sorted((5.0 * side, -1.5 * side))
-    return straight(direction, length, corridor={"left": room[1], "right": room[0]}, duration=60.0)
+    return straight(direction, length, corridor={"left": room[1], "right": room[0]}, duration=duration)
 
 
 def obstacle(scenario: Scenario, side: int, theta: float) -> Array:
@@ -151,7 +151,7 @@ def test_it_passes_an_obstacle_on_the_side_where_there_is_room(
 def test_it_does_so_with_few_iterations_a_cycle(
     theta: float, begin: float, direction: int, iterations: int
 ) -> None:
-    scenario = half_closed(direction, 1, 50.0)
+    scenario = half_closed(direction, 1, 50.0, duration=80.0)  # a route is planned in one slice a cycle
     result = simulate(
         scenario,
         controller=Clocked(docking_controller(scenario), lambda now: granting(iterations)),
