@@ -177,7 +177,7 @@ class Replanner:
         if last is None or not last.matches(request, _UNMOVED):
             self._patience = _PATIENCE
             self._begin(request, s, route)
-        elif not patient and (self._near or last.has_changed(s.area, self._config.clearance.wanted)):
+        elif not patient and (self._near or last.has_changed(s.area, self._config.clearance.wanted + MOVED)):
             self._patience *= 2.0
             self._begin(request, s, route)
         planning = self._planning
