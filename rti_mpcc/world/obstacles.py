@@ -135,7 +135,7 @@ class TrackedObstacle:
         """Whether and how fast this obstacle moves, by its readings until now."""
         moved = np.subtract(readings[-1][1:], readings[_place_at(readings, now - OBSERVATION)][1:])
         distance = float(np.hypot(*moved))
-        displaced = distance > MOVED and distance > min(SIGMAS * self._noise(), JUMP)
+        displaced = distance > MOVED and distance > min(SIGMAS * _noise(readings, now), JUMP)
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
         if (still and not displaced) or not moved.any():
@@ -144,14 +144,6 @@ class TrackedObstacle:
         began, *first = readings[_place_at(readings, ended - OBSERVATION)]
         velocity = np.subtract(place, first) / max(ended - began, distance / FASTEST)
         return {"velocity": velocity, "moves": True, "still_since": since_when}
-
-    def _noise(self) -> float:
-        """Standard deviation of the readings along an axis [m], by the upper quartile of their second
-        differences: neither an even motion nor a sudden one changes it much."""
-        if len(self.readings) < NOISE_READINGS[0]:
-            return JUMP
-        second = np.diff(self.readings[-NOISE_READINGS[1] :], 2, axis=0)[:, 1:]
-        return sqrt(float(np.quantile((second**2).sum(axis=1), 0.75)) / (12.0 * log(4.0)))
 
     @property
     def shape(self) -> Shape:
@@ -276,6 +268,16 @@ def observed(
             obstacle = known[place].seen_as(obstacle, now, last)
         found.append(obstacle)
     return tuple(found)
+
+
+def _noise(readings: Sequence[tuple[float, float, float]], now: float) -> float:
+    """Standard deviation of readings along an axis [m], by the upper quartile of their second differences:
+    neither an even motion nor a sudden one changes it much. Three within `OBSERVATION` tell it."""
+    at_once = len(readings) >= 3 and readings[-3][0] >= now - OBSERVATION
+    if len(readings) < NOISE_READINGS[0] and not at_once:
+        return JUMP
+    second = np.diff(readings[-NOISE_READINGS[1] :], 2, axis=0)[:, 1:]
+    return sqrt(float(np.quantile((second**2).sum(axis=1), 0.75)) / (12.0 * log(4.0)))
 
 
 def _place_at(readings: Sequence[tuple[float, float, float]], time: float) -> int:
