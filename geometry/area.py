@@ -14,7 +14,14 @@ from numpy.typing import ArrayLike
 
 from geometry.arrays import Array, locked
 from geometry.errors import AreaError
-from geometry.outline import FARTHEST, CheckedShape, checked_polygon, checked_shape, convex_pieces, corners_of
+from geometry.outline import (
+    FARTHEST,
+    CheckedShape,
+    checked_polygon,
+    checked_shapes,
+    convex_pieces,
+    corners_of,
+)
 from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid
 from geometry.validation import to_rows, validated
@@ -53,7 +60,7 @@ class Area:
                 are not finite, or an outline that crosses itself.
         """
         outline = None if boundary is None else _outline(boundary, "boundary")
-        shapes = _checked(obstacles, "obstacles")
+        shapes = checked_shapes(obstacles, "obstacles", AreaError)
         solid = ShapeGrid.of_shapes([*_outside(outline), *_pieces(shapes)])
         self._hold(outline, [shape.corners for shape in shapes], solid)
 
@@ -134,7 +141,7 @@ class Area:
         Raises:
             AreaError: as the constructor does.
         """
-        return with_checked(self, _checked(polygons, "polygons"))
+        return with_checked(self, checked_shapes(polygons, "polygons", AreaError))
 
     @validated(AreaError, late=True)
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
@@ -189,10 +196,6 @@ def with_checked(area: Area, shapes: Sequence[CheckedShape]) -> Area:
 
 def _outline(corners: ArrayLike, name: str) -> Array:
     return locked(corners_of(checked_polygon(corners, name, AreaError)))
-
-
-def _checked(polygons: Sequence[ArrayLike], name: str) -> list[CheckedShape]:
-    return [CheckedShape(checked_shape(each, f"{name}[{i}]", AreaError)) for i, each in enumerate(polygons)]
 
 
 def _pieces(shapes: Sequence[CheckedShape]) -> list[Array]:

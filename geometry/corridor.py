@@ -21,7 +21,7 @@ from geometry.offsets import Narrowing, sections_of, trimmed
 from geometry.outline import (
     CheckedShape,
     checked_polygon,
-    checked_shape,
+    checked_shapes,
     narrowest_in,
     path_line,
     split_outline,
@@ -63,8 +63,7 @@ class Corridor(Validated, error=CorridorError):
 
     def __post_init__(self) -> None:
         validate(self)
-        each = enumerate(self.obstacles)
-        self._keep_out_of([CheckedShape(checked_shape(corners, f"obstacles[{i}]")) for i, corners in each])
+        self._keep_out_of(checked_shapes(self.obstacles, "obstacles"))
 
     def _keep_out_of(self, shapes: Sequence[CheckedShape]) -> None:
         counts = np.array([len(shape.pieces) for shape in shapes], dtype=np.int64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -107,6 +107,13 @@ class CheckedShape:
         """Return the corners (m, 2) of its convex hull, counter-clockwise [m]."""
         hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
         return np.ascontiguousarray(corners_of(hull))
+
+
+def checked_shapes(
+    outlines: Iterable[ArrayLike], name: str, error: type[InputError] = CorridorError
+) -> list[CheckedShape]:
+    """Return the obstacles of a list of that name. Raises as `checked_shape`."""
+    return [CheckedShape(checked_shape(each, f"{name}[{i}]", error)) for i, each in enumerate(outlines)]
 
 
 def drawn_shape(shape: Shape) -> shapely.Polygon:

@@ -168,12 +168,9 @@ class Tracked:
         return tuple([each for each in self.obstacles if each.moves])
 
     @cached_property
-    def _settled(self) -> bool:
-        return all(each.settled for each in self.obstacles)
-
-    @cached_property
-    def _due(self) -> float:
-        return min((each.due for each in self.obstacles), default=inf)
+    def _stay_until(self) -> float:
+        """Until when the same outlines, given again, change nothing [s]."""
+        return min((each.due if each.settled else -inf for each in self.obstacles), default=inf)
 
     @cached_property
     def _joined(self) -> tuple[Array, list[int]]:
@@ -181,7 +178,7 @@ class Tracked:
 
     def are_given_again(self, given: Any, now: float) -> bool:
         """Whether these are bare outlines, at `now` [s] the same as those of all obstacles, settled ones."""
-        if not (self._settled and now < self._due and isinstance(given, list | tuple | np.ndarray)):
+        if now >= self._stay_until or not isinstance(given, list | tuple | np.ndarray):
             return False
         try:
             (corners, counts), known = _join(given), self._joined
@@ -315,4 +312,4 @@ def _match(
     if least > farthest:
         return None
     nearest = left[apart <= least + ROUNDING].tolist()
-    return int(min(nearest, key=lambda k: shapely.hausdorff_distance(known[k].shape, obstacle.shape)))
+    return int(min(nearest, key=lambda k: _apart(known[k].checked, obstacle.checked)))
