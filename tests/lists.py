@@ -10,10 +10,8 @@ import pytest
 
 def some_of(cases: Iterable[Any], every: int = 2) -> list[Any]:
     """Cases, values or tuples of them: of `every` in a row only the first one is in the fast suite."""
-    return [
-        case if place % every == 0 else acceptance(*case) if isinstance(case, tuple) else acceptance(case)
-        for place, case in enumerate(cases)
-    ]
+    tuples = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [acceptance(*case) if place % every else pytest.param(*case) for place, case in enumerate(tuples)]
 
 
 def acceptance(*case: Any) -> Any:

@@ -18,6 +18,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import STAGE_LENGTH, ArrivalAtRest, TargetKind
 from rti_mpcc.paper.objective import CartesianPose
 from rti_mpcc.types import Array, Trajectory
+from tests.lists import acceptance
 from tests.rti_mpcc.model_steps import step
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
@@ -129,7 +130,7 @@ def test_a_cruise_keeps_to_the_comfort_acceleration() -> None:
     assert most[1] < 0.21
 
 
-@pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
+@pytest.mark.parametrize("direction", [acceptance(1), -1])
 def test_in_a_bend_an_arrival_keeps_to_the_comfort_of_load_and_steering(direction: int) -> None:
     bends = [(direction, 0.2, 12.0), (direction, -0.2, 12.0)]
     comfort = {"comfort_lateral_acceleration": 0.3, "comfort_steering_rate": 0.12}

@@ -20,7 +20,7 @@ STATES = [
     # contouring with the progress reward
     acceptance("long_approach", "default", 30.18),
     # all terms of the published code
-    pytest.param("docking_behind", "paper", 5.18, marks=pytest.mark.acceptance),
+    acceptance("docking_behind", "paper", 5.18),
 ]
 
 
@@ -37,7 +37,7 @@ def test_repeated_iterations_solve_the_nonlinear_program(
     [
         ((0.0, 0.0, 0.0), 0.06),
         # Turned so far a front corner is 0.07 m farther ahead.
-        pytest.param((0.0, 0.2, 0.08), 0.13, marks=pytest.mark.acceptance),
+        acceptance((0.0, 0.2, 0.08), 0.13),
     ],
 )
 def test_a_plan_that_a_wall_ahead_holds_solves_the_nonlinear_program(

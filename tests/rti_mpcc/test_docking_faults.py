@@ -33,8 +33,8 @@ def test_it_docks_when_the_fault_is_over(kind: str) -> None:
     ("scenario", "begin", "gap"),
     [
         ("short", 5.0, 0.2),
-        pytest.param("short", 5.0, 0.45, marks=pytest.mark.acceptance),
-        pytest.param("docking_full_course", 30.0, 0.1, marks=pytest.mark.acceptance),
+        acceptance("short", 5.0, 0.45),
+        acceptance("docking_full_course", 30.0, 0.1),
     ],
 )
 def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(

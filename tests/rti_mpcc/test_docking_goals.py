@@ -10,6 +10,7 @@ import pytest
 from estimation import GoalMeasurement
 from geometry import Pose2
 from rti_mpcc import ControllerConfig, DockingController, Limits, VehicleState
+from tests.lists import acceptance
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
 
 LENGTH = 12.0
@@ -87,7 +88,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
 # -- planned values --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.02])
+@pytest.mark.parametrize("noise", [acceptance(0.0), 0.02])
 def test_the_speed_and_steering_of_a_command_stay_within_their_limits(noise: float) -> None:
     """As far as the vehicle itself does; noise shows it beyond its limit."""
     speed = 1.0

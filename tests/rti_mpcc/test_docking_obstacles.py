@@ -13,7 +13,7 @@ from rti_mpcc import ControllerConfig, Reason
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, docking_controller, simulate, summary
 from rti_mpcc.types import Array, Status
-from tests.lists import acceptance as long
+from tests.lists import acceptance
 from tests.rti_mpcc.docking_runs import (
     BODY_HALF_WIDTH,
     FREE_SIDE,
@@ -40,8 +40,8 @@ WAITS, GONE = 24.0, 35.0
 """When it stands at the latest, and when the wall is taken away [s]."""
 
 
-@pytest.mark.parametrize("begin", [0.0, long(3.0)])
-@pytest.mark.parametrize("direction", [1, long(-1)])
+@pytest.mark.parametrize("begin", [0.0, acceptance(3.0)])
+@pytest.mark.parametrize("direction", [1, acceptance(-1)])
 def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_resumes_when_it_is_gone(
     direction: int, begin: float
 ) -> None:
@@ -97,7 +97,7 @@ def walker(x: float, y: float, speed: float, begin: float = 0.0) -> Any:
 
 @pytest.mark.parametrize(
     ("x", "y", "speed", "begin"),
-    [(16.0, -7.0, 1.0, 2.0), long(12.0, -7.0, 0.8, 0.0), long(20.0, -5.0, 0.5, 2.0)],
+    [(16.0, -7.0, 1.0, 2.0), acceptance(12.0, -7.0, 0.8, 0.0), acceptance(20.0, -5.0, 0.5, 2.0)],
 )
 def test_somebody_who_walks_across_is_waited_for_and_never_touched(
     x: float, y: float, speed: float, begin: float
@@ -123,13 +123,13 @@ def obstacle(scenario: Scenario, side: int, theta: float) -> Array:
     return box(scenario.build_path().parts[0], theta, right, left, 1.4)
 
 
-SIDES = [(1, 1), long(-1, -1), long(1, -1), long(-1, 1)]
+SIDES = [(1, 1), acceptance(-1, -1), acceptance(1, -1), acceptance(-1, 1)]
 
 
 @pytest.mark.parametrize(("direction", "side"), SIDES)
 @pytest.mark.parametrize(
     ("length", "theta", "begin"),
-    [(30.0, 8.0, 0.0), long(30.0, 14.0, 0.0), long(50.0, 26.0, 5.0), long(50.0, 20.0, 3.0)],
+    [(30.0, 8.0, 0.0), acceptance(30.0, 14.0, 0.0), acceptance(50.0, 26.0, 5.0), acceptance(50.0, 20.0, 3.0)],
 )
 def test_it_passes_an_obstacle_on_the_side_where_there_is_room(
     direction: int, side: int, length: float, theta: float, begin: float
@@ -183,8 +183,8 @@ def between_blocks(direction: int, room: float) -> list[Any]:
         (before_wall, 1, 0.3, NOISE),
         (before_wall, -1, 0.1, None),
         (between_blocks, -1, 0.16, NOISE),
-        *(long(before_wall, d, 0.3, noise) for d, noise in ((1, None), (-1, None), (-1, NOISE))),
-        *(long(between_blocks, d, 0.16, noise) for d, noise in ((1, None), (-1, None), (1, NOISE))),
+        *(acceptance(before_wall, d, 0.3, noise) for d, noise in ((1, None), (-1, None), (-1, NOISE))),
+        *(acceptance(between_blocks, d, 0.16, noise) for d, noise in ((1, None), (-1, None), (1, NOISE))),
     ],
 )
 def test_it_docks_close_to_walls_and_corners(things: Any, direction: int, room: float, noise: Any) -> None:

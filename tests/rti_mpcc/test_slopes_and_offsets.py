@@ -14,6 +14,7 @@ import pytest
 from benchmarks.encounters import Car, Drive, drive, on_lane
 from geometry import Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, Limits, Status
+from tests.lists import acceptance
 
 CONFIG = ControllerConfig(dead_time=0.18)
 OFFSET = radians(2.0)
@@ -76,10 +77,10 @@ def check_docked(result: Drive, course: str) -> None:
 @pytest.mark.parametrize(
     ("course", "slope", "offset"),
     [
-        pytest.param("cusp", 0.3, 0.0, marks=pytest.mark.acceptance),
-        pytest.param("cusp", -0.5, OFFSET, marks=pytest.mark.acceptance),
+        acceptance("cusp", 0.3, 0.0),
+        acceptance("cusp", -0.5, OFFSET),
         ("forward", -0.3, -OFFSET),
-        pytest.param("reverse", 0.5, OFFSET, marks=pytest.mark.acceptance),
+        acceptance("reverse", 0.5, OFFSET),
     ],
 )
 def test_docks_in_time(course: str, slope: float, offset: float) -> None:

@@ -31,7 +31,7 @@ def test_a_case_is_the_same_each_time_and_each_is_another_one() -> None:
 
 
 def test_values_are_within_their_sizes_and_use_them() -> None:
-    found = [drawn(case(index)) for index in range(20)]
+    found = [drawn(case(index)) for index in range(40)]
     for name, most in (("start", sizes.START), ("goal", sizes.GOAL)):
         shifts = np.abs([one["course"][name] for one in found])
         assert (shifts <= np.array(most) + 1e-5).all()

@@ -13,7 +13,8 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import DockingController, InputError, Obstacle, VehicleState
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array
-from rti_mpcc.world.obstacles import TrackedObstacle, observed
+from rti_mpcc.world.obstacles import TrackedObstacle, observed, obstacles_changed
+from tests.rti_mpcc.yards import block
 
 CYCLE = 0.05
 CONFIG = ControllerConfig()
@@ -124,6 +125,27 @@ def test_edges_of_a_cell_that_flicker_do_not_move(seed: int) -> None:
     for k in range(160):
         known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE)
         assert not known[0].moves
+
+
+@pytest.mark.parametrize(
+    ("edges", "changed"),
+    [
+        ([(5.0, 5.9), (6.1, 7.0)], False),  # a slit where they touched
+        ([(5.1, 6.1), (6.1, 7.1)], False),
+        ([(5.3, 6.0), (6.0, 7.0)], True),
+        ([(5.0, 6.0)], True),
+        ([(6.0, 7.0), (5.0, 6.0)], False),  # in another order
+    ],
+)
+def test_what_boxes_cover_has_changed_where_some_of_it_is_elsewhere(
+    edges: list[tuple[float, float]], changed: bool
+) -> None:
+    def boxes(edges: list[tuple[float, float]]) -> tuple[TrackedObstacle, ...]:
+        return observed((), [block(left, 0.0, right, 1.0) for left, right in edges], 0.0, -CYCLE)
+
+    before, now = boxes([(5.0, 6.0), (6.0, 7.0)]), boxes(edges)
+    assert obstacles_changed(before, now, 0.12) is changed
+    assert obstacles_changed(now, before, 0.12) is changed
 
 
 # -- obstacles given to a controller again -------------------------------------------------------------------
