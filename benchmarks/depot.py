@@ -9,7 +9,6 @@ Prints for each drive the time with the map still and flickering, and how long t
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from math import inf, pi
 from time import thread_time
@@ -20,10 +19,16 @@ import shapely
 from numpy.typing import NDArray
 
 from benchmarks.foreign import Car, Ride, drive
+from benchmarks.tables import command_line, number, origin, table, told
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState, prepare_process
 from rti_mpcc.types import Array
 
+COMMAND = "python -m benchmarks.depot"
+HEADER = (
+    *("seed", "still [s]", "flickers [s]", "ratio", "cycles in motion [ms]: p50", "p99", "max"),
+    "at rest: max [ms]",
+)
 CELL, SHARE, PERIOD = 0.1, 0.05, 0.2
 """Of the map [m], of the edges that are off, of the readings [s]."""
 CONFIG = ControllerConfig(cycle=0.05)
@@ -93,22 +98,22 @@ def _place(random: np.random.Generator, car: Car) -> Pose2:
             return pose
 
 
+def row(seed: int) -> list[str]:
+    """Of the table: a drive with the map still, and with flicker."""
+    still, found = driven(seed, flickers=False), driven(seed, flickers=True)
+    times = *np.percentile(found.cycles[found.moved], (50, 99, 100)), found.cycles[~found.moved].max()
+    ratio = found.seconds / still.seconds
+    figures = (still.seconds, 1), (found.seconds, 1), (ratio, 2), *((float(each), 1) for each in times)
+    return [str(seed), *(number(value, digits) for value, digits in figures)]
+
+
 def main() -> None:
-    asked = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    asked = command_line(__doc__, COMMAND)
     asked.add_argument("--drives", type=int, default=20)
-    asked.add_argument("--first", type=int, default=0)
+    asked.add_argument("--first", type=int, default=0, metavar="SEED")
     arguments = asked.parse_args()
-    print("seed  still [s]  flickers [s]  ratio  cycles in motion [ms]: p50  p99   max  at rest: max")
-    for seed in range(arguments.first, arguments.first + arguments.drives):
-        still, found = driven(seed, flickers=False), driven(seed, flickers=True)
-        p50, p99, most = np.percentile(found.cycles[found.moved], (50, 99, 100))
-        rest = found.cycles[~found.moved].max()
-        ratio = found.seconds / still.seconds
-        print(
-            f"{seed:4d} {still.seconds:10.1f} {found.seconds:13.1f} {ratio:6.2f} "
-            f"{p50:27.1f} {p99:4.1f} {most:5.1f} {rest:13.1f}",
-            flush=True,
-        )
+    rows = [row(seed) for seed in range(arguments.first, arguments.first + arguments.drives)]
+    print(f"{table(HEADER, rows)}\n\n{told(origin(COMMAND))}")
 
 
 if __name__ == "__main__":
