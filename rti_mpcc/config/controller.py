@@ -26,31 +26,25 @@ from rti_mpcc.config.mpc import (
 from rti_mpcc.config.route import MissionSettings, RoutePlanner
 from rti_mpcc.config.vehicle import KINDS, ActuatorModel, Comfort, Delay, Limits, Ride, Vehicle
 
-EXIT = 1e-3
-"""Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
+EXIT = 1e-3  # kept free of a cycle's deadline for the checks of its plan and the account of it [s]
 DEADLINE_SHARE = 0.3
 """Of the cycle: the rest is the loop's, for sensors, actuators and a garbage collection. With 0.6 the longest
 cycles of 100 `hard` rides took 34 ms, with 0.3 they take 18 ms, but for one, and the rides are as long
 (docs/performance.md)."""
 SHORT_SHARE, SHORT_DEADLINE = 0.6, 0.01
 """A short cycle has this share of its time, up to so much [s]: a plan takes no less time in it."""
-COMFORT_ACCELERATION = 0.4
-"""By default [m/s²]."""
-RAMP = 0.4
-"""In which a vehicle comes from none to the comfort acceleration [s]."""
+COMFORT_ACCELERATION = 0.4  # by default [m/s²]
+RAMP = 0.4  # in which a vehicle comes from none to the comfort acceleration [s]
 BRISK_EFFORT = 0.04
 """Share of the effort's weight in a brisk ride: the time constant of a cruise falls from 12 s to 2.4 s."""
 PLANNED_SHARE = 0.88  # of comfort, and of the speed in narrow places: the rest is for corrections
 BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
-STANDSTILL_SPEED = 0.02
-"""A slower car stands [m/s]: it moves by a millimetre in a cycle."""
+STANDSTILL_SPEED = 0.02  # a slower car stands [m/s]: it moves by a millimetre in a cycle
 MOVING_FACTOR = 2.0  # times that speed: noise of a vehicle that stands is no motion
 LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
 FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
-TIGHT = 0.03
-"""Where the least clearance is no more than this [m], plans go as near as that."""
-SMALL = 3.0
-"""Length of a body [m] below which lengths that suit cars are made smaller."""
+TIGHT = 0.03  # where the least clearance is no more than this [m], plans go as near as that
+SMALL = 3.0  # length of a body [m] below which lengths that suit cars are made smaller
 LEAST_SIZE = 0.2
 PAPER = "rti_mpcc.paper"
 """Where the paper's objectives are. It is loaded by name when one of them is asked for: what drives a vehicle
@@ -272,12 +266,8 @@ class ControllerConfig(Settings):
     def for_vehicle(cls, kind: str, **changes: Any) -> Self:
         """Vehicle and limits of a kind of vehicle, and the other settings as they are by default.
 
-        Args:
-            kind: rc_car, delivery_robot, forklift, car, van or bus.
-            changes: settings that replace those of the preset.
-
-        Raises:
-            ConfigError: another kind.
+        `kind`: rc_car, delivery_robot, forklift, car, van or bus; `changes` replace settings of the preset.
+        Raises ConfigError for another kind.
         """
         if kind not in KINDS:
             likely = did_you_mean(str(kind), KINDS)
@@ -289,18 +279,13 @@ class ControllerConfig(Settings):
     def paper(cls, **changes: Any) -> Self:
         """Table I with the terms of the authors' published code and their 7 s horizon.
 
-        Args:
-            changes: settings that replace those of the preset; `weights` too is replaced whole.
+        `changes` replace settings of the preset; `weights` too is replaced whole.
         """
         return cls(**{**import_module(PAPER).PUBLISHED, **changes})
 
     @classmethod
     def paper_printed(cls, **changes: Any) -> Self:
-        """The paper's equations with Table I and nothing else (how it does: docs/decisions).
-
-        Args:
-            changes: settings that replace those of the preset.
-        """
+        """The paper's equations with Table I and nothing else (docs/decisions); `changes` as in `paper`."""
         return cls(**{**import_module(PAPER).PRINTED, **changes})
 
 

@@ -119,8 +119,7 @@ class Limits(Settings):
     steering_rate: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
 
 
-Delay = Annotated[float, Field(ge=0.0, le=1.0)]
-"""Dead time or lag of an actuator [s]."""
+Delay = Annotated[float, Field(ge=0.0, le=1.0)]  # dead time or lag of an actuator [s]
 
 
 class ActuatorModel(Settings):

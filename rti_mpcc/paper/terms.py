@@ -27,8 +27,7 @@ from rti_mpcc.ocp.objectives import Linearised, StageWeights
 from rti_mpcc.ocp.stage_cost import add_square
 from rti_mpcc.types import Array
 
-DISTANCE_REACH, SPEED_REACH = 2.0, 2.5
-"""The two terms of a boundary act nearer than this [m]."""
+DISTANCE_REACH, SPEED_REACH = 2.0, 2.5  # the two terms of a boundary act nearer than this [m]
 
 
 class WeightSlopes(NamedTuple):

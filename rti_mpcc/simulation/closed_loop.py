@@ -284,12 +284,7 @@ class _Run:
             self.theta = path.parts[self.part].start
 
     def _ending(self, time: float) -> str | None:
-        """Why the run ends now, or None.
-
-        A docked vehicle is watched until its controller says so, for `UNTIL_SAID` at most, and to the end of
-        the faults that act on it. A stopped vehicle may drive on after the last fault. A mission ends by
-        itself.
-        """
+        """Why the run ends now, or None, see `simulate`; a mission ends by itself."""
         if self.mission is not None:
             over = self._since("over", self.mission.over, time)
             return "mission over" if time - over >= AFTER_DOCKING - SAME_TIME else None

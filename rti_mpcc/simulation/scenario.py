@@ -27,6 +27,7 @@ from rti_mpcc.paper import with_method
 from rti_mpcc.route_planner.problem import BOX
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
+from rti_mpcc.simulation.sections import tables
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
@@ -38,9 +39,6 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
     refusal,
 )
-from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
-from rti_mpcc.simulation.sections.goal import GoalSection
-from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
 from rti_mpcc.simulation.sections.mission import CONTACT, MissionSection
 from rti_mpcc.world.goals import checked_goal
 
@@ -69,16 +67,16 @@ class Scenario(Section):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     description: str = ""
-    path: PathSection | None = None
-    corridor: CorridorSection | None = None
+    path: tables.PathSection | None = None
+    corridor: tables.CorridorSection | None = None
     start: PoseSection | None = None
-    area: AreaSection | None = None
-    goal: GoalSection = GoalSection()
+    area: tables.AreaSection | None = None
+    goal: tables.GoalSection = tables.GoalSection()
     vehicle: VehicleTable = Vehicle()
     limits: Limits = Limits()
-    controller: ControllerSection = ControllerSection()
-    simulation: SimulationSection = SimulationSection()
-    moving: ListOf[MovingSection] = ()
+    controller: tables.ControllerSection = tables.ControllerSection()
+    simulation: tables.SimulationSection = tables.SimulationSection()
+    moving: ListOf[tables.MovingSection] = ()
     faults: ListOf[FaultSection] = ()
     mission: ListOf[MissionSection] = ()
     home: PoseSection | None = None
@@ -213,12 +211,12 @@ class Scenario(Section):
             if step.then == "home" and self.home is None:
                 yield KeyProblem(f"{key}.then", "home", "needs [home]")
 
-    def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
+    def _problems_along(self, path: ReferencePath, section: tables.CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
         try:
             corridor = section.build(path)
         except InputError as error:
-            yield key_problem(error, "corridor", table=CorridorSection)
+            yield key_problem(error, "corridor", table=tables.CorridorSection)
             return
         (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
@@ -271,18 +269,12 @@ def scenario_from_dict(
 
 def _remarked(scenario: Scenario, source: str) -> Scenario:
     """Warn of degrees in place of radians, and of a path that bends too sharply."""
-    path, goal = scenario.path, scenario.goal
-    poses: dict[str, Any] = {
-        "start.pose": scenario.start and scenario.start.pose,
-        "path.start": path and path.start,
-        "goal.pose": goal.pose,
-        "goal.offset": goal.offset,
-        "home.pose": scenario.home and scenario.home.pose,
-    }
-    for key, pose in poses.items():
+    for key in ("start.pose", "path.start", "goal.pose", "goal.offset", "home.pose"):
+        table, name = key.split(".")
+        pose = getattr(getattr(scenario, table), name, None)
         if pose is not None and (hint := degrees_hint(f"{key}[2]", pose[2])):
             _LOG.warning("%s: %s", source, hint)
-    if path is not None:
+    if (path := scenario.path) is not None:
         bend = path.build().max_curvature
         possible = tan(scenario.limits.steering) / scenario.vehicle.wheelbase
         if bend > possible * (1.0 + 1e-9):
@@ -299,9 +291,9 @@ def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     """
     data = scenario.model_dump(by_alias=True, exclude_unset=True)
     for key, value in changes.items():
-        *tables, last = key.split(".")
+        *outer, last = key.split(".")
         table = data
-        for name in tables:
+        for name in outer:
             table = table.setdefault(name, {})
         if value is None:
             table.pop(last, None)
