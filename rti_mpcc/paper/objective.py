@@ -254,32 +254,22 @@ def dynamic_weights(
     near = sigma(target.stop - theta, weights)
     nearing = weights.transition_slope * near * (1.0 - near) * share  # d sigma / d theta
     if target.kind is TargetKind.PATH_END:  # Eq. 8
-        lag = np.full_like(near, weights.lag)
-        contouring = near * weights.contouring_at_end + (1.0 - near) * weights.contouring
-        heading = weights.heading + near * paper.heading_at_end
-        reward = np.full_like(near, weights.progress_reward)
-        goal = np.zeros(3)
-        terminal = 1.0
-        by_contouring = nearing * (weights.contouring_at_end - weights.contouring)
-        by_heading, by_reward = nearing * paper.heading_at_end, np.zeros_like(near)
+        ahead, reward_fades, goal = np.ones_like(near), 0.0, np.zeros(3)
+        contouring_at_end, heading_at_end = weights.contouring_at_end, paper.heading_at_end
     else:  # Eq. 9, 10; Eq. 11 is the same with the Frenet costs off from the stop point on
-        ahead = (theta < target.stop).astype(np.float64)
-        lag = weights.lag * ahead
-        contouring = (1.0 - near) * weights.contouring * ahead
-        heading = np.full_like(near, weights.heading) * ahead
-        reward = (1.0 - near) * weights.progress_reward
+        ahead, reward_fades = (theta < target.stop).astype(np.float64), 1.0
         goal = sigma(target.stop - theta[0], weights) * np.array(weights.goal)
-        terminal = float(ahead[-1])
-        by_contouring = -nearing * weights.contouring * ahead
-        by_heading, by_reward = np.zeros_like(near), -nearing * weights.progress_reward
+        contouring_at_end = heading_at_end = 0.0
+    contouring = near * contouring_at_end + (1.0 - near) * weights.contouring
+    reward = (1.0 - reward_fades * near) * weights.progress_reward
     virtual_speed = reward / (2.0 * cruise_speed)
     if weights.virtual_speed is not None:
         virtual_speed = np.full_like(near, weights.virtual_speed)
     largest = max(weights.lag, weights.acceleration) * share.max()
     found = PaperWeights(
-        lag=lag * share,
-        contouring=contouring * share,
-        heading=heading * share,
+        lag=weights.lag * ahead * share,
+        contouring=contouring * ahead * share,
+        heading=(weights.heading + near * heading_at_end) * ahead * share,
         lateral_acceleration=paper.lateral_acceleration * share,
         bound_distance=paper.bound_distance * (1.0 - near) * share,
         bound_speed=paper.bound_speed * share,
@@ -292,14 +282,14 @@ def dynamic_weights(
         slack=2.0 * (weights.progress_reward / paper.stage_length + goal_pull(goal)),
         scale=1.0 / (max(largest, paper.terminal_lag, goal.max()) or 1.0),
         by_progress=WeightSlopes(
-            contouring=by_contouring,
-            heading=by_heading,
+            contouring=nearing * (contouring_at_end - weights.contouring) * ahead,
+            heading=nearing * heading_at_end,
             bound_distance=-nearing * paper.bound_distance,
-            progress_reward=by_reward,
+            progress_reward=-reward_fades * nearing * weights.progress_reward,
         ),
     )
-    found.lag[-1] += terminal * paper.terminal_lag
-    found.heading[-1] += terminal * paper.terminal_heading
+    found.lag[-1] += ahead[-1] * paper.terminal_lag
+    found.heading[-1] += ahead[-1] * paper.terminal_heading
     return found
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from importlib.resources import files
 from math import tan
 from pathlib import Path
 from typing import Any
@@ -43,7 +42,7 @@ from rti_mpcc.simulation.sections.mission import CONTACT, MissionSection
 from rti_mpcc.world.goals import checked_goal
 
 _LOG = logging.getLogger(__name__)
-_BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
+_BUILT_IN = Path(__file__).with_name("scenarios")
 PRESETS: dict[str, Callable[..., ControllerConfig]] = {
     "default": ControllerConfig,
     "paper": ControllerConfig.paper,
@@ -145,6 +144,7 @@ class Scenario(Section):
             "actuators": ActuatorModel(**assumed),
             "goal_tolerance": self.goal.tolerance,
             "deadline": None,  # the simulation's time stands while a cycle is computed
+            **section.model_dump(exclude={*names, "docking_time", "weights", "method"}, exclude_none=True),
         }
         if (measurement is not None) if detections is None else detections:
             changes["goal_tracking"] = GoalTracking(required=True)
@@ -153,8 +153,6 @@ class Scenario(Section):
                 longest = GoalFilterConfig().history + measurement.delay
                 noise = GoalFilterConfig(noise=measurement.noise, history=longest)
                 changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
-        others = {*names, "docking_time", "weights", "method"}
-        changes |= section.model_dump(exclude=others, exclude_none=True)
         config = with_method(PRESETS[preset](**changes), method or section.method)
         if section.weights is not None:
             config = config.changed(weights=section.weights.model_dump(exclude_unset=True))
@@ -238,8 +236,7 @@ class Scenario(Section):
 
 def builtin_names() -> tuple[str, ...]:
     """Names of the scenarios that come with the package, sorted."""
-    names = (Path(entry.name) for entry in _BUILT_IN.iterdir())
-    return tuple(sorted(name.stem for name in names if name.suffix == ".toml"))
+    return tuple(sorted(file.stem for file in _BUILT_IN.glob("*.toml")))
 
 
 def load_scenario(name_or_file: str | Path) -> Scenario:
@@ -249,7 +246,7 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     """
     name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
-        file = Path(str(_BUILT_IN / f"{name}.toml"))
+        file = _BUILT_IN / f"{name}.toml"
         name = file.name
     elif file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
