@@ -31,7 +31,6 @@ from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
     Section,
-    Triple,
     VehicleTable,
     key_problem,
     parsed,
@@ -52,12 +51,6 @@ _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "accelerat
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
 
-class PoseSection(Section):
-    """The start, or the home after a step failed for good: x, y [m], heading [rad]."""
-
-    pose: Triple
-
-
 class Scenario(Section):
     """A whole scenario file. Units are SI and radians; arc lengths count along the whole route.
 
@@ -68,7 +61,7 @@ class Scenario(Section):
     description: str = ""
     path: tables.PathSection | None = None
     corridor: tables.CorridorSection | None = None
-    start: PoseSection | None = None
+    start: tables.PoseSection | None = None
     area: tables.AreaSection | None = None
     goal: tables.GoalSection = tables.GoalSection()
     vehicle: VehicleTable = Vehicle()
@@ -78,7 +71,7 @@ class Scenario(Section):
     moving: ListOf[tables.MovingSection] = ()
     faults: ListOf[FaultSection] = ()
     mission: ListOf[MissionSection] = ()
-    home: PoseSection | None = None
+    home: tables.PoseSection | None = None
 
     @property
     def in_area(self) -> bool:

@@ -143,6 +143,12 @@ class MovingSection(Section):
         return Obstacle(turned + seconds * np.array(self.velocity), self.velocity, self.turn_rate, self.name)
 
 
+class PoseSection(Section):
+    """The start, or the home after a step failed for good: x, y [m], heading [rad]."""
+
+    pose: Triple
+
+
 class AreaSection(Section):
     """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
 
