@@ -19,7 +19,6 @@ import numpy as np
 
 from geometry import Area, ReferencePath
 from geometry.errors import check_extra
-from geometry.walls import PartLines
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.recording.moment import Moment, moment_of, widened, wrapped
@@ -41,6 +40,9 @@ _MESSAGES = (
     *("PoseInFrame", "PosesInFrame", "SceneUpdate"),
 )
 _JSON_SCHEMA = b'{"type":"object"}'
+_UNTURNED = {"orientation": {"w": 1.0}}
+_TOLD = ("time_to_go", "disturbance", "steering_offset", "slack", "iterations", "step_ms", "feedback_ms")
+"""Diagnostics that keep their names in /diagnostics."""
 
 
 def mcap_libraries() -> SimpleNamespace:
@@ -121,15 +123,14 @@ class McapLog:
         types, command = self._types, moment.command
         x, y, phi = moment.pose.tolist()
         if isfinite(x + y + phi):
-            transform = types.FrameTransform(parent_frame_id=WORLD, child_frame_id=VEHICLE)
-            transform.translation.x, transform.translation.y = x, y
-            _turn(transform.rotation, phi)
+            moved = {"translation": {"x": x, "y": y}, "rotation": _turned(phi)}
+            transform = types.FrameTransform(parent_frame_id=WORLD, child_frame_id=VEHICLE, **moved)
             self._send("/tf", transform, stamp)
             self._send("/body", self._cloud(body_polygons(moment.pose[None], config.vehicle)[0]), stamp)
         self._send_poses("/plan", command.trajectory.states[::PLAN_STEP, :3].tolist(), stamp)
         if command.goal is not None:
-            goal, pose = types.PoseInFrame(frame_id=WORLD), command.goal.pose
-            _place(goal.pose, pose.x, pose.y, pose.phi)
+            pose = command.goal.pose
+            goal = types.PoseInFrame(frame_id=WORLD, pose=_placed(pose.x, pose.y, pose.phi))
             self._send("/goal", goal, stamp)
         found = [each.pose for each in command.diagnostics.detections if each.pose is not None]
         if found:
@@ -140,14 +141,13 @@ class McapLog:
 
     def _cloud(self, corners: Array) -> Any:
         """Corners (k, 2) [m] as a cloud of points on the ground."""
-        cloud = self._types.PointCloud(frame_id=WORLD, point_stride=12)
-        cloud.pose.orientation.w = 1.0
-        for place, name in enumerate("xyz"):
-            cloud.fields.add(name=name, offset=4 * place, type=self._types.PackedElementField.FLOAT32)
+        number = self._types.PackedElementField.FLOAT32
+        fields = [{"name": name, "offset": 4 * place, "type": number} for place, name in enumerate("xyz")]
         points = np.zeros((len(corners), 3), "<f4")
         points[:, :2] = corners
-        cloud.data = points.tobytes()
-        return cloud
+        return self._types.PointCloud(
+            frame_id=WORLD, point_stride=12, pose=_UNTURNED, fields=fields, data=points.tobytes()
+        )
 
     def _scene(self, moment: Moment, config: ControllerConfig, stamp: int) -> None:
         """The body in each cycle; surroundings, route and obstacles where they have changed."""
@@ -162,7 +162,12 @@ class McapLog:
         parts: list[tuple[str, object, tuple[float, float, float], Callable[[], list[Array]]]] = [
             ("area", area, GREY, lambda: _rings(area)),
             # Obstacles make the tuple of a corridor's walls anew, not the walls.
-            ("corridor", walls[0] if walls else None, GREY, lambda: _boundaries(walls)),
+            (
+                "corridor",
+                walls[0] if walls else None,
+                GREY,
+                lambda: [line for each in walls for line in (*each.left, *each.right)],
+            ),
             ("route", route, ORANGE, lambda: _route(route)),
             ("obstacles", moment.obstacles, RED, lambda: _closed(widened(moment.obstacles))),
         ]
@@ -197,13 +202,7 @@ class McapLog:
             "speed_setpoint": command.speed,
             "steering_setpoint": command.steering,
             "progress": told.theta,
-            "time_to_go": told.time_to_go,
-            "disturbance": told.disturbance,
-            "steering_offset": told.steering_offset,
-            "slack": told.slack,
-            "iterations": told.iterations,
-            "step_ms": told.step_ms,
-            "feedback_ms": told.feedback_ms,
+            **{name: getattr(told, name) for name in _TOLD},
             "status": command.status.value,
             "source": command.source.value,
             "docked": command.docked,
@@ -218,10 +217,8 @@ class McapLog:
     # -- messages -------------------------------------------------------------------------------------
 
     def _send_poses(self, topic: str, poses: Iterable[Iterable[float]], stamp: int) -> None:
-        message = self._types.PosesInFrame(frame_id=WORLD)
-        for pose in poses:
-            _place(message.poses.add(), *pose)
-        self._send(topic, message, stamp)
+        placed = [_placed(*pose) for pose in poses]
+        self._send(topic, self._types.PosesInFrame(frame_id=WORLD, poses=placed), stamp)
 
     def _send(self, topic: str, message: Any, stamp: int) -> None:
         if topic != "/scene":  # its entities have a time each
@@ -235,13 +232,12 @@ class McapLog:
         self._writer.add_message(self._channels[topic], stamp, data, stamp, self._sequence)
 
 
-def _turn(quaternion: Any, heading: float) -> None:
-    quaternion.z, quaternion.w = sin(0.5 * heading), cos(0.5 * heading)
+def _turned(heading: float) -> dict[str, float]:
+    return {"z": sin(0.5 * heading), "w": cos(0.5 * heading)}
 
 
-def _place(pose: Any, x: float, y: float, heading: float) -> None:
-    pose.position.x, pose.position.y = x, y
-    _turn(pose.orientation, heading)
+def _placed(x: float, y: float, heading: float) -> dict[str, Any]:
+    return {"position": {"x": x, "y": y}, "orientation": _turned(heading)}
 
 
 def _add_lines(
@@ -250,23 +246,15 @@ def _add_lines(
     """An entity of polylines (k, 2) [m] in a frame; that of the vehicle moves with it."""
     entity = scene.entities.add(id=name, frame_id=frame, frame_locked=frame == VEHICLE)
     entity.timestamp.FromNanoseconds(stamp)
+    look = {"thickness": 0.04, "pose": _UNTURNED, "color": dict(zip("rgba", (*color, 1.0), strict=True))}
     for line in lines:
-        primitive = entity.lines.add(thickness=0.04)
-        primitive.pose.orientation.w = 1.0
-        primitive.color.r, primitive.color.g, primitive.color.b = color
-        primitive.color.a = 1.0
-        for x, y in np.asarray(line).tolist():
-            primitive.points.add(x=x, y=y)
+        entity.lines.add(points=[{"x": x, "y": y} for x, y in np.asarray(line).tolist()], **look)
 
 
 def _rings(area: Area | None) -> list[Array]:
     if area is None:
         return []
     return _closed([*([] if area.boundary is None else [area.boundary]), *area.obstacles])
-
-
-def _boundaries(walls: Iterable[PartLines]) -> list[Array]:
-    return [line for each in walls for line in (*each.left, *each.right)]
 
 
 def _route(route: ReferencePath | None) -> list[Array]:

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.strips import clearance
+from rti_mpcc.report.ride import Ride, clearance
 from rti_mpcc.simulation.metrics import computing, energy, errors_to, named, peaks, rms
 from rti_mpcc.simulation.result import Truth, cycle_table
 from rti_mpcc.simulation.ride import hard_braking, peak_jerk, turning_points
-from rti_mpcc.types import Array
 
 
 def recorded_summary(ride: Ride) -> dict[str, Any]:
@@ -36,14 +34,15 @@ def recorded_summary(ride: Ride) -> dict[str, Any]:
     spent: dict[str, float] = {}
     for command, (start, end) in zip(commands, pairwise([*times, times[-1]]), strict=True):
         spent[command.status.value] = spent.get(command.status.value, 0.0) + float(end - start)
-    moves = len(motion.times) > 0
+    moves, clearances = len(motion.times) > 0, clearance(ride).values
+    near = clearances[np.isfinite(clearances)]
     return {
         "recording": ride.title,
         "cycles": len(commands),
         "docked": commands[-1].docked,
         "time_to_dock_s": None if to_dock is None else to_dock - float(times[0]),
         "final_error": error,
-        "min_clearance_m": _least(clearance(ride).values),
+        "min_clearance_m": float(near.min()) if len(near) else None,
         "direction_changes": len(turning_points(motion.times, motion.v)) if moves else 0,
         "max_steering_rad": float(np.abs(motion.delta).max(initial=0.0)),
         "rms": rms(motion, to_dock) if moves else None,
@@ -67,9 +66,3 @@ def _measured(motion: Truth) -> tuple[Truth, np.ndarray[Any, np.dtype[np.bool_]]
     kept = np.isfinite(np.concatenate(columns, axis=1)).all(axis=1)
     kept &= np.diff(motion.times, prepend=-np.inf) > 0.0
     return replace(motion, **{each.name: getattr(motion, each.name)[kept] for each in fields(motion)}), kept
-
-
-def _least(values: Array) -> float | None:
-    """The least of the values that are finite; None: none is."""
-    finite = values[np.isfinite(values)]
-    return float(finite.min()) if len(finite) else None

@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import isfinite
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.mission.state import StepRecord
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.recording import read_recording
 from rti_mpcc.recording.contents import core_of
 from rti_mpcc.recording.moment import Moment, moment_of
@@ -217,3 +218,52 @@ def ride_of_recording(
         detections=tuple(each for command in commands for each in command.diagnostics.detections),
         steps=driver.log if isinstance(driver, DockingMission) else (),
     )
+
+
+class Strip(NamedTuple):
+    """A quantity of a strip chart, values (n,) at the times of `Ride.motion` or of its moments.
+
+    `label`: with the unit; `comfort`, `limit`: largest absolute values, or None.
+    """
+
+    label: str
+    values: Array
+    comfort: float | None = None
+    limit: float | None = None
+
+
+def motion_strips(ride: Ride) -> list[Strip]:
+    """The strips at the times of `Ride.motion`."""
+    motion, comfort, limits = ride.motion, ride.config.comfort, ride.config.limits
+    return [
+        Strip("speed [m/s]", motion.v, limit=limits.speed),
+        Strip("steering [rad]", motion.delta, limit=limits.steering),
+        Strip("acceleration [m/s²]", motion.acceleration, comfort.acceleration, limits.acceleration),
+        Strip("lateral acceleration [m/s²]", motion.lateral_acceleration, comfort.lateral_acceleration),
+        Strip("steering rate [rad/s]", motion.steering_rate, comfort.steering_rate, limits.steering_rate),
+        Strip("progress [m]", motion.theta),
+    ]
+
+
+def commanded_jerk(ride: Ride) -> Strip:
+    """Change of the commanded acceleration from cycle to cycle over the time between, a value a moment."""
+    commanded = np.array([moment.command.acceleration for moment in ride.moments])
+    spans = np.diff(ride.times, prepend=ride.times[0] - ride.config.cycle)
+    jerk = np.diff(commanded, prepend=0.0) / np.where(spans > 0.0, spans, np.nan)
+    return Strip("jerk, commanded [m/s³]", jerk, ride.config.comfort.jerk)
+
+
+def clearance(ride: Ride) -> Strip:
+    """Signed distance of the measured body to what the controller knew, a value a moment; NaN: not known."""
+    values = np.full(len(ride.moments), np.nan)
+    for k, moment in enumerate(ride.moments):
+        if moment.corridor is not None and np.isfinite(moment.pose).all():
+            part = moment.command.diagnostics.part
+            values[k] = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle).min()
+    return Strip("clearance [m]", values, limit=ride.config.clearance.least)
+
+
+def computing_time(ride: Ride) -> Strip:
+    """Time that `step` took, a value a moment."""
+    spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
+    return Strip("time a cycle [ms]", spent)

@@ -7,14 +7,14 @@ choose the cycle. Numbers are rounded to what can be seen: a minute of driving t
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import shapely
 
 from estimation import GoalEstimate, Judgement
-from geometry import Area, Pose2
+from geometry import Pose2
 from geometry.contacts import ACROSS, ALONG, APART, AT_X
 from geometry.corridor import space_around
 from geometry.free_space import contacts_in
@@ -23,8 +23,7 @@ from rti_mpcc.model.layout import PHI
 from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw
 from rti_mpcc.report.page import rendered
-from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.strips import clearance, commanded_jerk, computing_time, motion_strips
+from rti_mpcc.report.ride import Ride, clearance, commanded_jerk, computing_time, motion_strips
 from rti_mpcc.types import Array
 
 SIMPLER, PLAN_SIMPLER = 0.01, 0.04
@@ -42,22 +41,13 @@ def ride_page(ride: Ride, summary: dict[str, Any]) -> str:
     )
 
 
-class _Table:
-    """The places of things whose entries, made by `make`, are kept once; `key` tells one from another."""
+_Table = dict[Any, tuple[int, Any]]
+"""Things that are kept once, with their index, by what tells one from another."""
 
-    def __init__(self, make: Callable[[Any], Any], key: Callable[[Any], Any]) -> None:
-        self.values: list[Any] = []
-        self._make, self._key = make, key
-        self._places: dict[Any, int] = {}
 
-    def place(self, thing: Any) -> int | None:
-        """Index in `values`; None for None."""
-        if thing is None:
-            return None
-        place = self._places.setdefault(self._key(thing), len(self.values))
-        if place == len(self.values):
-            self.values.append(self._make(thing))
-        return place
+def _place(table: _Table, thing: Any, key: Any = None) -> int | None:
+    """The index of a thing in a table; None for None. `key`: in place of itself."""
+    return None if thing is None else table.setdefault(key or thing, (len(table), thing))[0]
 
 
 def _about(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -75,10 +65,8 @@ def _about(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _data(ride: Ride) -> dict[str, Any]:
     origin = np.round(ride.moments[0].pose[:2]) if np.isfinite(ride.moments[0].pose).all() else np.zeros(2)
-    texts, goals = _Table(str, str), _Table(lambda pose: _pose(pose, origin), lambda pose: pose)
-    outlines = _Table(lambda outline: _points(outline, origin), id)
-    routes = _Table(lambda route: [_line(line, origin) for line in draw.path_lines(route)], id)
-    rows: list[dict[str, Any]] = []
+    texts, goals, outlines, routes = (_Table() for _ in range(4))
+    rows, area = list[dict[str, Any]](), ride.area
     for moment in ride.moments:
         command, told = moment.command, moment.command.diagnostics
         goal = moment.goal
@@ -86,15 +74,15 @@ def _data(ride: Ride) -> dict[str, Any]:
         moving = [_rounded([x - origin[0], y - origin[1], *rest], 2) for x, y, *rest in moment.moving]
         rows.append(
             {
-                "status": texts.place(command.status.value),
-                "source": texts.place(command.source.value),
-                "reason": texts.place(told.reason),
-                "route": routes.place(moment.route),
-                "target": goals.place(told.target),
-                "setpoint": goals.place(command.goal and command.goal.pose),
-                "goal": goals.place(true_goal),
+                "status": _place(texts, command.status.value),
+                "source": _place(texts, command.source.value),
+                "reason": _place(texts, told.reason),
+                "route": _place(routes, moment.route, id(moment.route)),
+                "target": _place(goals, told.target),
+                "setpoint": _place(goals, command.goal and command.goal.pose),
+                "goal": _place(goals, true_goal),
                 "ellipse": _ellipse(told.goal, origin),
-                "obstacles": [outlines.place(each) for each in moment.obstacles],
+                "obstacles": [_place(outlines, each, id(each)) for each in moment.obstacles],
                 "moving": moving,
                 "plan": _plan(moment),
                 "planes": _half_planes(moment, ride),
@@ -110,14 +98,18 @@ def _data(ride: Ride) -> dict[str, Any]:
         "phi": _rounded(poses[:, 2], 4),
         "delta": _rounded([moment.state.delta for moment in ride.moments], 3),
         **columns,
-        "texts": texts.values,
-        "outlines": outlines.values,
-        "routes": routes.values,
-        "poses": goals.values,
+        "texts": list(texts),
+        "outlines": [_points(outline, origin) for _, outline in outlines.values()],
+        "routes": [[_line(each, origin) for each in draw.path_lines(route)] for _, route in routes.values()],
+        "poses": [_rounded([pose.x - origin[0], pose.y - origin[1], pose.phi], 4) for pose in goals],
         "origin": origin.tolist(),
         "body": _rounded(body_polygons(np.zeros((1, 3)), ride.config.vehicle)[0].ravel(), 3),
         "wheelbase": ride.config.vehicle.wheelbase,
-        "area": _rings(ride.area, origin),
+        "area": area
+        and {
+            "boundary": None if area.boundary is None else _points(area.boundary, origin),
+            "obstacles": [_points(each, origin) for each in area.obstacles],
+        },
         "walls": [_line(each, origin) for each in walls],
         "docked_object": None if ride.docked_object is None else _points(ride.docked_object, origin),
         "detections": [
@@ -174,19 +166,8 @@ def _ellipse(goal: GoalEstimate | Judgement | None, origin: Array) -> list[float
     return _rounded([goal.pose.x - origin[0], goal.pose.y - origin[1], half[1], half[0], angle], 3)
 
 
-def _rings(area: Area | None, origin: Array) -> dict[str, Any] | None:
-    if area is None:
-        return None
-    boundary = None if area.boundary is None else _points(area.boundary, origin)
-    return {"boundary": boundary, "obstacles": [_points(each, origin) for each in area.obstacles]}
-
-
 def _line(line: Array, origin: Array) -> list[float | None]:
     return _points(shapely.get_coordinates(shapely.simplify(shapely.linestrings(line), SIMPLER)), origin)
-
-
-def _pose(pose: Pose2, origin: Array) -> list[float | None]:
-    return _rounded([pose.x - origin[0], pose.y - origin[1], pose.phi], 4)
 
 
 def _points(points: Array, origin: Array) -> list[float | None]:

@@ -16,8 +16,7 @@ from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.recording.identify import Identified
 from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw
-from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.strips import Strip, motion_strips
+from rti_mpcc.report.ride import Ride, Strip, motion_strips
 from rti_mpcc.simulation.metrics import errors_to, goal_estimates
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult, Status
@@ -54,7 +53,8 @@ def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
     the paper's T_goal (dotted), and docked (dashed). The steps of a mission are bands in the first charts.
     """
     strips, goals = motion_strips(ride), len(GOAL_ROWS) * ride.filtered
-    weights, computing = _weights_change(ride), bool(ride.moments)
+    solved = {moment.weights for moment in ride.moments if moment.command.diagnostics.solver_status}
+    weights, computing = len(solved) > 1, bool(ride.moments)
     rows = len(strips) + goals + weights + computing
     figure = Figure(figsize=(10.0, 1.7 * rows + 0.6), layout="constrained")
     heights = [0.25 if ride.moments else 0.01, *[1.0] * rows]
@@ -131,12 +131,6 @@ def _draw_strip(row: Axes, ride: Ride, strip: Strip, commanded: Sequence[float] 
             for side in (most, -most):
                 row.axhline(side, linestyle=dashes, **_thin(color, name))
     row.set_ylabel(strip.label.replace(" [", "\n["))
-
-
-def _weights_change(ride: Ride) -> bool:
-    """Whether the effective weights of the QPs differ within the ride."""
-    solved = [moment.weights for moment in ride.moments if moment.command.diagnostics.solver_status]
-    return len(set(solved)) > 1
 
 
 def actuators_figure(title: str, found: Identified) -> Figure:
