@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -21,7 +20,6 @@ from rti_mpcc.mission.step import (
     THREE,
     DrivingStep,
     Next,
-    Rule,
     Started,
     StepStart,
     all_positive,
@@ -65,8 +63,8 @@ class Approach(Validated):
         validate(self)
         far = f"must be > 0 and at most {LONGEST:g} m"
         either = "must be 1 (forward) or -1 (in reverse)"
-        good = 0.0 < self.length <= LONGEST
-        refuse_unless(self, (("length", good, far), ("direction", self.direction in (1, -1), either)))
+        refuse_unless(0.0 < self.length <= LONGEST, self, "length", far)
+        refuse_unless(self.direction in (1, -1), self, "direction", either)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,16 +99,16 @@ class Dock(DrivingStep):
     contact: Straight | None = field(default=None, kw_only=True)
     uncertainty: tuple[float, float] | None = field(default=None, kw_only=True)
 
-    def _rules(self) -> Iterable[Rule]:
-        yield "tolerance", all_positive(self.tolerance), THREE
+    def _check(self) -> None:
+        refuse_unless(all_positive(self.tolerance), self, "tolerance", THREE)
         certain = self.uncertainty is None or (self.body is not None and self.approach is not None)
         pair = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
-        yield "uncertainty", certain and all_positive(self.uncertainty), pair
-        by_board = self.kind is DockKind.CHARUCO
-        yield "board", by_board == (self.board is not None), "a charuco dock has one, and no other"
+        refuse_unless(certain and all_positive(self.uncertainty), self, "uncertainty", pair)
+        fits = (self.kind is DockKind.CHARUCO) == (self.board is not None)
+        refuse_unless(fits, self, "board", "a charuco dock has one, and no other")
         for name in ("tolerance", "approach", "kind"):
-            alone = self.pose is None and getattr(self, name) is not None
-            yield name, not alone, "only of a dock with a pose, to which a route is planned"
+            good = self.pose is not None or getattr(self, name) is None
+            refuse_unless(good, self, name, "only of a dock with a pose, to which a route is planned")
         if self.body is not None:
             checked_polygon(self.body, "Dock.body")
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from geometry import Pose2
-from rti_mpcc.mission.step import THREE, DrivingStep, Rule, Started, StepStart, all_positive
+from rti_mpcc.mission.step import THREE, DrivingStep, Started, StepStart, all_positive, refuse_unless
 from rti_mpcc.orders import GoTo
 from rti_mpcc.world.goals import GoalTerms
 
@@ -24,8 +23,8 @@ class DriveTo(DrivingStep):
     pose: Pose2
     tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
 
-    def _rules(self) -> Iterable[Rule]:
-        yield "tolerance", all_positive(self.tolerance), THREE
+    def _check(self) -> None:
+        refuse_unless(all_positive(self.tolerance), self, "tolerance", THREE)
 
     def start(self, at: StepStart) -> Started:
         """Leave the dock, if there is one, for the pose."""

@@ -7,7 +7,7 @@ file can give numbers, texts, truth values, poses and approaches, and `contact =
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from math import inf
 from typing import ClassVar, Literal, NamedTuple
@@ -25,8 +25,6 @@ Then = Literal["stop", "continue", "home"]
 """Continuation after a step that failed for good: none, the next step, or the route home."""
 Signal = Callable[[], bool]
 """Asked once a cycle."""
-Rule = tuple[str, bool, str]
-"""A field, whether its value is allowed, and what is allowed."""
 
 LONGEST = 100.0
 """Largest distance of a straight move or an undocking [m]: one cycle checks all of it."""
@@ -151,16 +149,14 @@ class Step(Validated):
 
     def __post_init__(self) -> None:
         validate(self)
-        times = [(name, getattr(self, name) > 0.0, "must be > 0") for name in ("timeout", "patience")]
-        counts = [
-            (name, (getattr(self, name) or 0) >= 0, "must be a whole number >= 0")
-            for name in ("retries", "retry_from")
-        ]
-        refuse_unless(self, [*times, *counts])
-        refuse_unless(self, self._rules())
+        for name in ("timeout", "patience"):
+            refuse_unless(getattr(self, name) > 0.0, self, name, "must be > 0")
+        for name in ("retries", "retry_from"):
+            refuse_unless((getattr(self, name) or 0) >= 0, self, name, "must be a whole number >= 0")
+        self._check()
 
-    def _rules(self) -> Iterable[Rule]:
-        return ()
+    def _check(self) -> None:
+        """Refuse values of its own fields."""
 
     # -- what the mission has to know before -----------------------------------------------------------
 
@@ -255,9 +251,10 @@ def _noted(mission_state: MissionState, command: Command, now: float) -> Mission
     return replace(mission_state, trouble=None)
 
 
-def distance_rule(value: float) -> Rule:
-    """For a distance along the route."""
-    return "distance", 0.0 < abs(value) <= LONGEST, f"must not be 0, and at most {LONGEST:g} m either way"
+def check_distance(distance: float, where: object) -> None:
+    """Refuse a distance along the route."""
+    allowed = f"must not be 0, and at most {LONGEST:g} m either way"
+    refuse_unless(0.0 < abs(distance) <= LONGEST, where, "distance", allowed)
 
 
 def all_positive(values: tuple[float, ...] | None) -> bool:
@@ -265,8 +262,7 @@ def all_positive(values: tuple[float, ...] | None) -> bool:
     return values is None or all(0.0 < value < inf for value in values)
 
 
-def refuse_unless(where: object, rules: Iterable[Rule]) -> None:
-    """Raise InputError for the first rule that a value breaks."""
-    for name, good, allowed in rules:
-        if not good:
-            raise InputError(f"{type(where).__name__}.{name} = {getattr(where, name)!r}: {allowed}")
+def refuse_unless(good: bool, where: object, name: str, allowed: str) -> None:
+    """Raise InputError for the value of a field that is not allowed."""
+    if not good:
+        raise InputError(f"{type(where).__name__}.{name} = {getattr(where, name)!r}: {allowed}")

@@ -11,7 +11,6 @@ at the bounds it turns as sharply as it can one way first, and then the other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import degrees, inf, tan
 
@@ -24,12 +23,12 @@ from rti_mpcc.mission.state import MissionState
 from rti_mpcc.mission.step import (
     DrivingStep,
     Next,
-    Rule,
     Signal,
     Started,
     StepStart,
     all_positive,
-    distance_rule,
+    check_distance,
+    refuse_unless,
 )
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow, Stand
@@ -62,12 +61,12 @@ class Straight(DrivingStep):
     tolerance: tuple[float, float] | None = field(default=None, kw_only=True)
     until: Signal | None = field(default=None, kw_only=True)
 
-    def _rules(self) -> Iterable[Rule]:
-        two = "must be two numbers > 0: lateral [m], heading [rad]"
-        yield distance_rule(self.distance)
+    def _check(self) -> None:
+        check_distance(self.distance, self)
         for name in ("speed", "steering"):
-            yield name, 0.0 < getattr(self, name) < inf, "must be > 0, and finite"
-        yield "tolerance", all_positive(self.tolerance), two
+            refuse_unless(0.0 < getattr(self, name) < inf, self, name, "must be > 0, and finite")
+        two = "must be two numbers > 0: lateral [m], heading [rad]"
+        refuse_unless(all_positive(self.tolerance), self, "tolerance", two)
 
     def start(self, at: StepStart) -> Started:
         """Drive along the axis of the dock at which the vehicle stands, or along its own heading."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import product
 from math import cos, sin
@@ -16,11 +15,10 @@ from rti_mpcc.mission.step import (
     DrivingStep,
     MissionCycle,
     Next,
-    Rule,
     Started,
     StepOutcome,
     StepStart,
-    distance_rule,
+    check_distance,
 )
 from rti_mpcc.mission.straight import SPACING
 from rti_mpcc.model.footprint import body_of
@@ -50,8 +48,8 @@ class Undock(DrivingStep):
     from_rest = True
     distance: float
 
-    def _rules(self) -> Iterable[Rule]:
-        yield distance_rule(self.distance)
+    def _check(self) -> None:
+        check_distance(self.distance, self)
 
     def start(self, at: StepStart) -> Started:
         """Drive to the best end; the others are tried after it."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf
 
 from rti_mpcc.mission.state import MissionState
-from rti_mpcc.mission.step import MissionCycle, Rule, Signal, Started, Step, StepOutcome, StepStart
+from rti_mpcc.mission.step import MissionCycle, Signal, Started, Step, StepOutcome, StepStart, refuse_unless
 from rti_mpcc.orders import Stand
 from rti_mpcc.types import MissionResult
 
@@ -20,9 +19,11 @@ class Wait(Step):
     seconds: float | None = None
     until: Signal | None = field(default=None, kw_only=True)
 
-    def _rules(self) -> Iterable[Rule]:
-        yield "seconds", self.seconds is None or 0.0 <= self.seconds < inf, "must be >= 0, and finite"
-        yield "seconds", self.seconds is not None or self.until is not None, "needs seconds, or a signal"
+    def _check(self) -> None:
+        finite = self.seconds is None or 0.0 <= self.seconds < inf
+        refuse_unless(finite, self, "seconds", "must be >= 0, and finite")
+        ends = self.seconds is not None or self.until is not None
+        refuse_unless(ends, self, "seconds", "needs seconds, or a signal")
 
     @property
     def needs_routes(self) -> bool:

@@ -92,45 +92,28 @@ class QpSolution:
 
     @classmethod
     def none(
-        cls,
-        pattern: QpPattern,
-        status: str,
-        iterations: int = 0,
-        seconds: float = 0.0,
-        *,
-        stopped: bool = False,
+        cls, pattern: QpPattern, status: str, spent: tuple[int, float] = (0, 0.0), stopped: Stop | None = None
     ) -> Self:
-        """The result of a QP that was not solved, with the word for why; `stopped`: that ended it."""
-        rows, columns = pattern.shape
-        stop = Stop(status, iterations) if stopped else None
+        """The result of a QP that was not solved: the word for why, iterations and seconds spent on it."""
+        (rows, columns), (iterations, seconds) = pattern.shape, spent
         none = np.zeros(columns), np.zeros(rows)
-        return cls(False, *none, status, iterations, seconds=seconds, stopped=stop)
+        return cls(False, *none, status, iterations, seconds=seconds, stopped=stopped)
 
 
-class DenseQp(NamedTuple):
-    """min x'Px/2 + q'x, l <= Ax <= u, with numbers of about 1: nothing is scaled.
-
-    Attributes:
-        cost: P (n, n); gradient: q (n,); constraints: A (m, n); lower, upper: l, u (m,).
-    """
-
-    cost: Array
-    gradient: Array
-    constraints: Array
-    lower: Array
-    upper: Array
-
-
-def solve_once(problem: DenseQp, *, accuracy: float, iterations: int) -> Array | None:
-    """The solution (n,) of a QP that is not solved again, or None.
+def solve_once(
+    cost: Array, gradient: Array, constraints: Array, bounds: tuple[Array, Array], *, accuracy: float,
+    iterations: int,
+) -> Array | None:  # fmt: skip
+    """The solution (n,) of min x'Px/2 + q'x, l <= Ax <= u, a QP that is not solved again, or None.
 
     Args:
+        cost, gradient, constraints, bounds: P (n, n), q (n,), A (m, n), l and u (m,), with numbers of about
+            1: nothing is scaled.
         accuracy: absolute and relative, of the residuals; iterations: at most.
 
-    Raises:
-        ValueError: numbers that are none, or a lower bound above its upper one.
+    Raises ValueError for numbers that are none, or a lower bound above its upper one.
     """
-    cost, gradient, constraints, lower, upper = problem
+    lower, upper = bounds
     finite = all(np.isfinite(each).all() for each in (cost, gradient, constraints))
     if not finite or not (lower <= upper).all():
         raise ValueError(BAD_BOUNDS)
@@ -189,7 +172,7 @@ class QpSolver:
         if not _taken(values.lower, values.upper, _INFINITY, lower, upper):
             return QpSolution.none(pattern, BAD_BOUNDS)
         if ends is not None and (word := ends(0)):
-            return QpSolution.none(pattern, word, stopped=True)
+            return QpSolution.none(pattern, word, stopped=Stop(word, 0))
         error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
         error = error or self._osqp.warm_start(primal, dual) or int(self._osqp.solve())
         if error:  # OSQP's solution is an old one
@@ -201,7 +184,7 @@ class QpSolver:
             residuals = float(info.prim_res), float(info.dual_res)
             return QpSolution(True, primal, dual, SOLVED, iterations, residuals, seconds)
         if ends is not None and (word := ends(iterations)):
-            return QpSolution.none(pattern, word, iterations, seconds, stopped=True)
+            return QpSolution.none(pattern, word, (iterations, seconds), Stop(word, iterations))
         exact = solve_by_interior_point(pattern, values)
         iterations, seconds = iterations + exact.iterations, seconds + exact.seconds
         return replace(exact, interior_point=True, iterations=iterations, seconds=seconds)
@@ -275,7 +258,7 @@ def solve_by_interior_point(pattern: QpPattern, values: QpValues) -> QpSolution:
     iterations, seconds = int(found.info.iter), perf_counter() - started
     if status != piqp.PIQP_SOLVED or not (np.isfinite(primal).all() and np.isfinite(dual).all()):
         word = status.name.removeprefix("PIQP_").lower().replace("_", " ")
-        return QpSolution.none(pattern, f"interior point: {word}", iterations, seconds)
+        return QpSolution.none(pattern, f"interior point: {word}", (iterations, seconds))
     residuals = float(found.info.primal_res), float(found.info.dual_res)
     return QpSolution(True, primal, dual, SOLVED, iterations, residuals, seconds)
 

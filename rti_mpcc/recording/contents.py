@@ -259,15 +259,6 @@ def _to_obstacle(data: Data, kind: object) -> Array | Obstacle | None:
     return _to_array(data, kind) if bare else structured(data, Obstacle)
 
 
-def _played_back(given: bool, _: object) -> Signal | None:
-    """Stands for the `until` of a step: a recording holds that there is one, and each cycle its answer."""
-    return (lambda: False) if given else None
-
-
-def _from_step(step: Step) -> Data:
-    return {"step": step.word, **to_data(step)}
-
-
 def _to_step(data: Data, _: object) -> Step:
     if data["step"] not in STEPS:
         raise InputError(f"step {data['step']!r} is not known: import the module that defines it")
@@ -292,8 +283,12 @@ for _fits, _to, _back in (
         lambda group: group.model_dump(mode="json"),
         lambda data, kind: kind(**data),
     ),
-    (lambda kind: kind is Step, _from_step, _to_step),
-    (lambda kind: kind == Signal | None, lambda until: until is not None, _played_back),
+    (lambda kind: kind is Step, lambda step: {"step": step.word, **to_data(step)}, _to_step),
+    (  # `until` of a step: a recording holds that there is one, and each cycle its answer
+        lambda kind: kind == Signal | None,
+        lambda until: until is not None,
+        lambda given, _: (lambda: False) if given else None,
+    ),
     (
         lambda kind: kind is Area,
         lambda area: to_data({"boundary": area.boundary, "obstacles": area.obstacles}),

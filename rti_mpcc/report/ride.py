@@ -261,9 +261,3 @@ def clearance(ride: Ride) -> Strip:
             part = moment.command.diagnostics.part
             values[k] = clearances(moment.pose[None], moment.corridor, part, ride.config.vehicle).min()
     return Strip("clearance [m]", values, limit=ride.config.clearance.least)
-
-
-def computing_time(ride: Ride) -> Strip:
-    """Time that `step` took, a value a moment."""
-    spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
-    return Strip("time a cycle [ms]", spent)

@@ -23,7 +23,7 @@ from rti_mpcc.model.layout import PHI
 from rti_mpcc.recording.moment import Moment
 from rti_mpcc.report import draw
 from rti_mpcc.report.page import rendered
-from rti_mpcc.report.ride import Ride, clearance, commanded_jerk, computing_time, motion_strips
+from rti_mpcc.report.ride import Ride, Strip, clearance, commanded_jerk, motion_strips
 from rti_mpcc.types import Array
 
 SIMPLER, PLAN_SIMPLER = 0.01, 0.04
@@ -126,7 +126,9 @@ def _data(ride: Ride) -> dict[str, Any]:
 def _strips(ride: Ride) -> list[dict[str, Any]]:
     rows = ride.motion.rows_at(ride.times)
     shown = [(each, each.values[rows]) for each in motion_strips(ride)]
-    shown += [(each, each.values) for each in (commanded_jerk(ride), clearance(ride), computing_time(ride))]
+    spent = np.array([moment.command.diagnostics.step_ms for moment in ride.moments])
+    of_cycles = commanded_jerk(ride), clearance(ride), Strip("time a cycle [ms]", spent)
+    shown += [(each, each.values) for each in of_cycles]
     return [
         {"label": strip.label, "values": _rounded(values, 3), "comfort": strip.comfort, "limit": strip.limit}
         for strip, values in shown

@@ -26,8 +26,8 @@ SHOWN, LONGEST = 12, 200
 Row = tuple[str, str, str]  # name, value, unit
 Figures = dict[str, Any]
 _DIRECTIONS = {1: "forward", -1: "in reverse"}
-_APART = ("scenario", "method", "preset", "mission", "comfort", "energy_to_dock")
-"""Figures of a run that have no row of their own in the table."""
+_APART = ("scenario", "method", "preset", "mission", "comfort", "energy_to_dock", "recording", "statuses")
+"""Figures of a ride that have no row of their own in the table."""
 _ENDINGS = {"_s": ("s", 1.0, 2), "_m": ("m", 1.0, 3), "_rad": ("rad", 1.0, 3), "seconds": ("s", 1.0, 3)}
 _ERRORS = {"_m": ("mm", 1e3, 1), "_rad": ("deg", degrees(1.0), 2)}
 """Unit, factor and digits by the end of a name, and below a name that holds errors."""
@@ -128,9 +128,8 @@ def summary_table(summary: Mapping[str, Any]) -> Table:
 
 def recorded_table(summary: Mapping[str, Any]) -> Table:
     """The figures of `report.recorded.recorded_summary`, each with its unit."""
-    told = {name: value for name, value in summary.items() if name not in ("recording", "statuses")}
     spent = ((f"time {status}", number(seconds, 2), "s") for status, seconds in summary["statuses"].items())
-    return _table(str(summary["recording"]), [*_ride_rows(told), *spent])
+    return _table(str(summary["recording"]), [*_ride_rows(summary), *spent])
 
 
 def _ride_rows(summary: Mapping[str, Any]) -> Iterator[Row]:

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Mask
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, FLANKS, no_contacts, solid_contacts
-from rti_mpcc.qp.solver import DenseQp, solve_once
+from rti_mpcc.qp.solver import solve_once
 from rti_mpcc.route_planner.curvature_profile import CurvatureProfile, Traced, slopes_of, traced
 from rti_mpcc.route_planner.problem import CHECK, RouteProblem
 
@@ -249,8 +249,7 @@ class Smoothing:
         across = at.across * units / radius
         hessian[:many, :many] += _BESIDE * across.T @ across
         linear[:many] += _BESIDE * (at.beside / radius) @ across
-        problem = DenseQp(hessian, linear, matrix, low, high)
-        answer = solve_once(problem, accuracy=_ACCURACY, iterations=_ITERATIONS)
+        answer = solve_once(hessian, linear, matrix, (low, high), accuracy=_ACCURACY, iterations=_ITERATIONS)
         if answer is None:
             return np.zeros(many)
         # The solver's errors must not add up over the iterations.
