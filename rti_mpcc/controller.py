@@ -38,7 +38,7 @@ from rti_mpcc.ocp.frenet import (
     reference_in,
     world_to_local,
 )
-from rti_mpcc.ocp.horizon import Grid, PlanArrays, PlanStages, distances, read_only, shift
+from rti_mpcc.ocp.horizon import Grid, PlanStages, distances, read_only, shift
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, Linearised, Target, goal_on, path_end
 from rti_mpcc.ocp.side_clearance import SideClearance
 from rti_mpcc.ocp.stage_cost import (
@@ -162,10 +162,10 @@ class RtiMpcc:
         if horizon is None:
             horizon = max(float(plan.times[-1]) - at, LEAST_TIME)
         grid = Grid(at, horizon, config.cycle, config.stages)
-        motion, lengths = shift(plan.times, plan.states, plan.controls, grid, wheelbase)
-        shifted, controls = Trajectory(**motion._asdict()), motion.controls
-        frame = LocalFrame(*motion.states[0, :POSE].tolist())
-        states = world_to_local(frame, motion.states)
+        times, moved, controls, lengths = shift(plan.times, plan.states, plan.controls, grid, wheelbase)
+        shifted = Trajectory(times=times, states=moved, controls=controls)
+        frame = LocalFrame(*moved[0, :POSE].tolist())
+        states = world_to_local(frame, moved)
         stages = PlanStages(states, controls, lengths)
         theta = states[:, THETA].copy()
 
@@ -196,7 +196,7 @@ class RtiMpcc:
         objective.bound(bounds, target, theta, self.part.direction, config)
 
         values, pattern = self._values, self._pattern
-        rows = self._rows(motion, states) if along_path else None
+        rows = self._rows(shifted, states) if along_path else None
         drift = None if rows is None else free_response(states, lengths, wheelbase)
         end = FIXED_END
         if weights.time > 0.0:
@@ -264,7 +264,7 @@ class RtiMpcc:
         elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
         return self.side_clearance.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
-    def _rows(self, plan: PlanArrays, local: Array) -> CorridorRows | None:
+    def _rows(self, plan: Trajectory, local: Array) -> CorridorRows | None:
         """Corridor rows of stages 1..N of a plan, whose states are `local` (N+1, 6) in the QP's frame."""
         if not self._pattern.corridor_rows.size:
             return None

@@ -32,9 +32,9 @@ from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.free_space import FreeSpace, contacts_in
 from geometry.shape_grid import Body
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
-from rti_mpcc.ocp.horizon import PlanArrays, interpolated
+from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.side_clearance import OUTWARD, between
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 
 NEAR = 1.0
 """What is farther from a piece of the body than the margin and this acts on it in no way [m]."""
@@ -94,7 +94,7 @@ NO_ROWS = CorridorRows(np.empty((0, 0, 0, POSE)), np.empty((0, 0, 0)))
 """Where none acts."""
 
 
-def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float, wheelbase: float) -> Array:
+def stage_contacts(space: FreeSpace, body: Body, plan: Trajectory, margin: float, wheelbase: float) -> Array:
     """Contacts (N, pieces, sides, 5) of the body at stages 1..N of a plan, or nearer ones on the way there.
 
     Normals and points are in the frame of the body at the stage.
@@ -103,14 +103,14 @@ def stage_contacts(space: FreeSpace, body: Body, plan: PlanArrays, margin: float
         space: around the part of the route that is driven.
         margin: distance that is kept [m]; wheelbase: [m].
     """
-    (times, states, controls), within = plan, margin + NEAR
+    states, within = plan.states, margin + NEAR
     found = contacts_in(space, body, states[1:, :POSE].copy(), within, OUTWARD)
     stages = np.flatnonzero(_passes_corner(found, states, margin))
     if not len(stages):
         return found
-    begins, ends = times[stages, None], times[stages + 1, None]
+    begins, ends = plan.times[stages, None], plan.times[stages + 1, None]
     passed = (begins + (ends - begins) * _SHARES).ravel()
-    on_way = interpolated(times, states, controls, passed, wheelbase)
+    on_way = states_at(plan, passed, wheelbase)
     more = contacts_in(space, body, on_way[:, :POSE].copy(), within, OUTWARD)
     return _nearer(found, states, more, on_way, stages, wheelbase)
 

@@ -23,14 +23,6 @@ MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-class PlanArrays(NamedTuple):
-    """A plan as kernels read it: times (N+1,) [s], states (N+1, 6) and controls (N, 3)."""
-
-    times: Out1
-    states: Out2
-    controls: Out2
-
-
 class Grid(NamedTuple):
     """Stages: begin and duration of them all [s], length of the first [s], and their number."""
 
@@ -128,13 +120,13 @@ def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
 @kernel
 def shift(
     own: Array1, states: Array2, controls: Array2, grid: Grid, wheelbase: float
-) -> tuple[PlanArrays, Out1]:
-    """The shift of the real-time iteration: a plan with the times `own`, resampled on the stages of a grid,
-    and the lengths (N,) [s] of these."""
+) -> tuple[Out1, Out2, Out2, Out1]:
+    """The shift of the real-time iteration: times, states and controls of a plan with the times `own`,
+    resampled on the stages of a grid, and the lengths (N,) [s] of these."""
     lengths = stage_lengths(grid.duration, grid.first, grid.stages)
     times = stage_times(grid.begin, lengths)
     resampled, mean = _resample(own, states, controls, times, wheelbase)
-    return PlanArrays(times, resampled, mean), lengths
+    return times, resampled, mean, lengths
 
 
 @inner

@@ -11,7 +11,7 @@ from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.footprint import PIECES, body_of
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V
 from rti_mpcc.ocp.corridor_rows import stage_contacts
-from rti_mpcc.ocp.horizon import PlanArrays, states_at
+from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.types import Trajectory
 from tests.geometry.sides import Contacts, contacts_of
 
@@ -55,8 +55,7 @@ def beside_a_corner() -> Corridor:
 
 def contacts_along(corridor: Corridor, plan: Trajectory) -> Contacts:
     """At its stages, or on the way there."""
-    motion = PlanArrays(plan.times, plan.states, plan.controls)
-    return Contacts(stage_contacts(corridor.spaces[0], BODY, motion, MARGIN, VEHICLE.wheelbase))
+    return Contacts(stage_contacts(corridor.spaces[0], BODY, plan, MARGIN, VEHICLE.wheelbase))
 
 
 def nearest(plan: Trajectory) -> float:
