@@ -13,7 +13,6 @@ from estimation import CharucoBoard
 from geometry import Pose2
 from geometry.outline import checked_polygon, outline_at
 from geometry.validation import Validated, validate, validated
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.state import DockState, MissionState, PendingStep
 from rti_mpcc.mission.step import (
     LONGEST,
@@ -31,7 +30,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.orders import GoTo, Resume, Stand
 from rti_mpcc.state import ControllerState, Phase
 from rti_mpcc.types import Array
-from rti_mpcc.world.goals import GoalTerms, Outline
+from rti_mpcc.world.goals import GoalTerms
 
 QUARTER = 4
 """Corners of a quarter of a circle around where something may be."""
@@ -156,12 +155,17 @@ class Dock(DrivingStep):
             return Started(mission_state, Stand(), problem="no goal was given")
         dock_state = DockState(dock=self, place=mission_state.pending[0].place, pose=goal, body_at=goal)
         mission_state = mission_state.at(dock_state)
+        here = at.here
+        body = body_polygons(np.array([[here.x, here.y, here.phi]]), config.vehicle)[0]
+        near = shapely.Polygon(body).buffer(config.clearance.on_routes)
+        # Not where the vehicle stands already.
+        keep_out = tuple(each for each in self.keep_out() if not near.intersects(shapely.Polygon(each)))
         terms = GoalTerms(
             tolerance=self.tolerance,
             detected=None if self.kind is None else self.kind is not DockKind.KNOWN,
             approach=None if self.approach is None else (self.approach.length, self.approach.direction),
             uncertainty=self.uncertainty,
-            keep_out=_keep_out(self, at.here, config),
+            keep_out=keep_out,
         )
         return Started(mission_state, GoTo(goal=goal, terms=terms), goal, goal)
 
@@ -207,10 +211,3 @@ class Dock(DrivingStep):
             return (pending,)
         distance = -incoming * (back_off if self.approach is None else max(self.approach.length, back_off))
         return PendingStep(step=Undock(distance, then="continue"), place=pending.place), pending
-
-
-def _keep_out(step: Dock, here: Pose2, config: ControllerConfig) -> tuple[Outline, ...]:
-    """Where the body of the dock may be; none where the vehicle stands there already."""
-    body = body_polygons(np.array([[here.x, here.y, here.phi]]), config.vehicle)[0]
-    near = shapely.Polygon(body).buffer(config.clearance.on_routes)
-    return tuple(each for each in step.keep_out() if not near.intersects(shapely.Polygon(each)))

@@ -66,7 +66,8 @@ def advance_mission(
     another = step.another_try(outcome)
     if another is not None:
         return another
-    return Next(_after_failure(_closed(outcome, now), outcome.result, steps, home, back_off), Stand())
+    failed = outcome._replace(mission_state=_closed(outcome, now))
+    return Next(_after_failure(failed, steps, home, back_off), Stand())
 
 
 def end_mission(mission_state: MissionState, result: MissionResult, reason: str, now: float) -> Next:
@@ -76,12 +77,9 @@ def end_mission(mission_state: MissionState, result: MissionResult, reason: str,
 
 
 def _after_failure(
-    mission_state: MissionState,
-    result: MissionResult,
-    steps: tuple[Step, ...],
-    home: Step | None,
-    back_off: float,
+    outcome: StepOutcome, steps: tuple[Step, ...], home: Step | None, back_off: float
 ) -> MissionState:
+    mission_state, result, _ = outcome
     pending, *later = mission_state.pending
     if pending.attempt < pending.step.retries:
         place = pending.place if pending.step.retry_from is None else pending.step.retry_from
@@ -91,14 +89,11 @@ def _after_failure(
         return replace(mission_state, pending=(*before, *rest, *later))
     if pending.step.then == "continue" and later:
         return replace(mission_state, pending=tuple(later))
-    left: tuple[PendingStep, ...] = ()
+    if mission_state.result is MissionResult.RUNNING:
+        mission_state = replace(mission_state, result=result)
     if pending.step.then == "home" and home is not None and pending.step is not home:
-        left = (PendingStep(step=home, place=pending.place),)
-    return replace(
-        mission_state,
-        pending=left,
-        result=result if mission_state.result is MissionResult.RUNNING else mission_state.result,
-    )
+        return replace(mission_state, pending=(PendingStep(step=home, place=pending.place),))
+    return replace(mission_state, pending=())
 
 
 def _closed(outcome: StepOutcome, now: float) -> MissionState:

@@ -175,47 +175,27 @@ def _quadratic_cost(
 ) -> QuadraticCost:  # fmt: skip
     """(C2) and (C4), `weights` (4, N) on the squares of the controls, and of the progress' reward."""
     hessian, gradient = np.zeros((len(states), STATES, STATES)), np.zeros((len(states), STATES))
-    _add_lateral_excess(
-        states, beyond.lateral_acceleration, comfort.lateral_acceleration, wheelbase, hessian, gradient
-    )
-    on_controls, by_controls = _control_cost(controls, weights, beyond, comfort)
-    return QuadraticCost(hessian, gradient, on_controls, by_controls)
-
-
-@inner
-def _add_lateral_excess(
-    states: Array, weights: Array, most: float, wheelbase: float, hessian: Array, gradient: Array
-) -> None:
-    """The lateral acceleration beyond comfort, (C4)."""
-    slopes = np.zeros(STATES)
+    on_controls, by_controls, slopes = np.empty(controls.shape), np.empty(controls.shape), np.zeros(STATES)
     for k in range(len(states)):
         v, tangent = states[k, V], tan(states[k, DELTA])
-        lateral = v * v * tangent / wheelbase
-        weight, excess, slope = _excess(lateral, weights[k], most)
+        lateral, most = v * v * tangent / wheelbase, comfort.lateral_acceleration
+        weight, excess, slope = _excess(lateral, beyond.lateral_acceleration[k], most)
         slopes[V] = slope * (2.0 * v * tangent / wheelbase)
         slopes[DELTA] = slope * (v * v * (1.0 + tangent * tangent) / wheelbase)
         add_square(hessian, gradient, k, weight, excess, slopes)
-
-
-@inner
-def _control_cost(
-    controls: Array, weights: Array, beyond: ComfortWeights, comfort: Comfort
-) -> tuple[Array, Array]:
-    """Hessian and gradient of (C2), and of what goes beyond comfort of a and delta_dot, (C4)."""
-    hessian, gradient = np.empty(controls.shape), np.empty(controls.shape)
     for k in range(len(controls)):
         for j in range(CONTROLS):
-            hessian[k, j] = 2.0 * weights[j, k]
-            gradient[k, j] = hessian[k, j] * controls[k, j]
-        gradient[k, THETA_DOT] -= weights[CONTROLS, k]
+            on_controls[k, j] = 2.0 * weights[j, k]
+            by_controls[k, j] = on_controls[k, j] * controls[k, j]
+        by_controls[k, THETA_DOT] -= weights[CONTROLS, k]
         for j, on_excess, most in (
             (A, beyond.acceleration[k], comfort.acceleration),
             (DELTA_DOT, beyond.steering_rate[k], comfort.steering_rate),
         ):
             weight, excess, slope = _excess(controls[k, j], on_excess, most)
-            gradient[k, j] += 2.0 * weight * excess * slope
-            hessian[k, j] += 2.0 * weight * slope**2
-    return hessian, gradient
+            by_controls[k, j] += 2.0 * weight * excess * slope
+            on_controls[k, j] += 2.0 * weight * slope**2
+    return QuadraticCost(hessian, gradient, on_controls, by_controls)
 
 
 @kernel

@@ -67,11 +67,7 @@ def dump_problem(file: str | PathLike[str], problem: QpProblem, **more: Any) -> 
 
 
 def load_problem(file: str | PathLike[str]) -> QpProblem:
-    """The QP that `dump_problem` wrote.
-
-    Raises:
-        RecordingError: the file cannot be read or is no such archive.
-    """
+    """The QP that `dump_problem` wrote. Raises RecordingError where it is none, or cannot be read."""
     try:
         with opened(file, TABLE) as stream, ZipFile(stream) as archive:
             if sum(each.file_size for each in archive.infolist()) > TABLE:
