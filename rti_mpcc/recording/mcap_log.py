@@ -159,15 +159,11 @@ class McapLog:
         corridor, route = moment.corridor, moment.route
         area = None if corridor is None else corridor.area
         walls = () if corridor is None or area is not None else corridor.walls
+        boundaries = (line for each in walls for line in (*each.left, *each.right))
         parts: list[tuple[str, object, tuple[float, float, float], Callable[[], list[Array]]]] = [
             ("area", area, GREY, lambda: _rings(area)),
             # Obstacles make the tuple of a corridor's walls anew, not the walls.
-            (
-                "corridor",
-                walls[0] if walls else None,
-                GREY,
-                lambda: [line for each in walls for line in (*each.left, *each.right)],
-            ),
+            ("corridor", walls[0] if walls else None, GREY, lambda: list(boundaries)),
             ("route", route, ORANGE, lambda: _route(route)),
             ("obstacles", moment.obstacles, RED, lambda: _closed(widened(moment.obstacles))),
         ]

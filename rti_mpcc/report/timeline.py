@@ -88,12 +88,10 @@ def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
                 row.axvline(at, color=draw.GREEN, linestyle=dashes, linewidth=1.2, label=name)
         draw.grid(row)
     # The goal's rows share a legend; the first chart also names the bands and the marks of all.
-    marks = {label for label in axes[0].get_legend_handles_labels()[1] if label != strips[0].label}
-    named: set[str] = set()
+    marks = axes[0].get_legend_handles_labels()[1]
     for row in axes:
         handles, labels = draw.entries_once(goal if row in goal[:1] else [row])
-        own = [k for k, label in enumerate(labels) if label not in marks & named]
-        named |= set(labels)
+        own = [k for k, label in enumerate(labels) if row is axes[0] or label not in marks]
         if own and row not in goal[1:]:
             look = {"fontsize": "small", **draw.BESIDE, "ncols": 1 + (len(own) > _ENTRIES)}
             row.legend([handles[k] for k in own], [labels[k] for k in own], **look)
