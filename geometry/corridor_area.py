@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from geometry.area import Area
 from geometry.arrays import Array
@@ -93,26 +92,17 @@ def _cross_sections(part: PathPart, lines: shapely.MultiLineString) -> tuple[Arr
     normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
     walls = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
     pieces = np.concatenate([np.stack([wall[:-1], wall[1:]], axis=1) for wall in walls])
-    corners, line = np.concatenate(walls), path_line(part, _SPACING)
-    least, most = _bounds_of_farthest(corners, line)
+    farthest = _farthest(np.concatenate(walls), path_line(part, _SPACING)) + _FINE
     tree = shapely.STRtree(shapely.linestrings(pieces))
     sides = []
     for sign in (1.0, -1.0):
-        reach = _FOLDED / np.maximum(sign * bend, _FOLDED / (most + _FINE))
+        reach = np.full(len(theta), farthest)
+        np.divide(_FOLDED, sign * bend, out=reach, where=sign * bend * farthest > _FOLDED)
         rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
         ray, piece = tree.query(rays, predicate="intersects")
         np.minimum.at(reach, ray, _along(middle[ray], sign * normal[ray], pieces[piece]))
-        if reach.max() > least + _FINE:  # seldom, and `_farthest` takes longer than all the rest
-            reach = np.minimum(reach, _farthest(corners, line) + _FINE)
         sides.append(middle + (sign * reach)[:, None] * normal)
     return sides[0], middle, sides[1]
-
-
-def _bounds_of_farthest(points: Array, line: shapely.LineString) -> tuple[float, float]:
-    """Least and most that the farthest of points (n, 2) can be from a line [m]."""
-    from_corners = np.asarray(cKDTree(shapely.get_coordinates(line)).query(points)[0])
-    at = shapely.Point(points[np.argmax(from_corners)])
-    return float(shapely.distance(line, at)), float(from_corners.max())
 
 
 def _farthest(points: Array, line: shapely.LineString) -> float:
