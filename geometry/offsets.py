@@ -22,10 +22,10 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from geometry.arrays import Array, Complex, Mask
+from geometry.arrays import Array, Mask
 from geometry.errors import CorridorError
 from geometry.part import PathPart
-from geometry.sampling import SPACING, as_complex, as_pairs, number_steps, steps, thin_out
+from geometry.sampling import SPACING, number_steps, steps, thin_out
 from geometry.validation import Validated
 
 _PROBE = 1e-3  # [m]
@@ -80,21 +80,18 @@ class _Raw(NamedTuple):
     offset: Array
     folded: Mask
 
-    def points(self, start: int, stop: int) -> Complex:
+    def points(self, start: int, stop: int) -> Array:
         return _points(self.part, self.theta[start:stop], self.offset[start:stop])
 
-    def point(self, i: int) -> complex:
-        return complex(self.points(i, i + 1)[0])
-
-    def from_path(self, points: Complex) -> tuple[Array, Array, Array]:
-        """Return distance from the path [m], theta [m] and lateral deviation [m] of points, (n,) each.
+    def from_path(self, points: Array) -> tuple[Array, Array, Array]:
+        """Return distance from the path [m], theta [m] and lateral deviation [m] of points (n, 2), (n,) each.
 
         From the samples, refined on the arcs.
         """
-        part, theta = self.part, self.samples[self.tree.query(as_pairs(points))[1]]
+        part, theta = self.part, self.samples[self.tree.query(points)[1]]
         for last in (False, False, True):
             at = part.reference(theta)
-            dx, dy = points.real - at.x, points.imag - at.y
+            dx, dy = points[:, 0] - at.x, points[:, 1] - at.y
             c, s = np.cos(at.phi), np.sin(at.phi)
             lag, lateral = c * dx + s * dy, c * dy - s * dx
             if last:
@@ -114,7 +111,7 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
     runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
     if not runs:
         return []
-    lines: list[list[Complex]] = [[_opened(raw, runs[0][0], -1)]]  # of each the pieces, end to end
+    lines: list[list[Array]] = [[_opened(raw, runs[0][0], -1)]]  # of each the pieces, end to end
     body = raw.points(*runs[0])
     for before, after in pairwise(runs):
         joint = _crossing(raw, before, after)
@@ -129,7 +126,7 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
             lines.append([_opened(raw, after[0], -1)])
         body = following
     lines[-1] += [body, _opened(raw, runs[-1][1] - 1, 1)]
-    return [as_pairs(thin_out(np.concatenate(pieces))) for pieces in lines]
+    return [thin_out(np.concatenate(pieces)) for pieces in lines]
 
 
 def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
@@ -151,14 +148,14 @@ def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
         offsets.append(np.full(piece.size, values[i]))
         folded.append(stretch[piece] < -1e-9)
     along = part.places(SPACING)
-    tree = cKDTree(as_pairs(_points(part, along, np.zeros(along.size))), leafsize=32)
+    tree = cKDTree(_points(part, along, np.zeros(along.size)), leafsize=32)
     boundary = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
     return _Raw(part, sections, along, tree, *boundary)
 
 
-def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
+def _points(part: PathPart, theta: Array, offset: Array) -> Array:
     at = part.reference(theta)
-    return as_complex(np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)]))
+    return np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)])
 
 
 def _is_inside(raw: _Raw, theta: Array, offset: Array) -> Mask:
@@ -171,7 +168,7 @@ def _is_inside(raw: _Raw, theta: Array, offset: Array) -> Mask:
     return np.concatenate(found)
 
 
-def _opened(raw: _Raw, end: int, way: int) -> Complex:
+def _opened(raw: _Raw, end: int, way: int) -> Array:
     """The point between the last kept sample of a run and the first dropped one where the boundary ends."""
     out = end + way
     if not 0 <= out < raw.theta.size or raw.folded[out]:
@@ -188,7 +185,7 @@ def _opened(raw: _Raw, end: int, way: int) -> Complex:
     return _points(raw.part, *between(low))
 
 
-def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> complex | None:
+def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> Array | None:
     """Where the two ends of a fold cross, both followed a little into the dropped samples."""
     middle = (before[1] + after[0]) // 2
     stop, start = before[1], after[0]
@@ -198,26 +195,25 @@ def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> com
         start -= 1
     first = raw.points(max(before[0], before[1] - _OVERLAP), stop)
     second = raw.points(start, min(after[1], after[0] + _OVERLAP))
-    if first.size < 2 or second.size < 2:
+    if len(first) < 2 or len(second) < 2:
         return None
-    common = shapely.intersection(shapely.linestrings(as_pairs(first)), shapely.linestrings(as_pairs(second)))
+    common = shapely.intersection(shapely.LineString(first), shapely.LineString(second))
     points = shapely.get_coordinates(common)
     if len(points) == 0:
         return None
-    candidates = as_complex(points)
-    return complex(candidates[np.argmin(np.abs(candidates - raw.point(before[1] - 1)))])
+    found: Array = points[np.argmin(np.hypot(*(points - raw.points(before[1] - 1, before[1])).T))]
+    return found
 
 
-def _cut(line: Complex, joint: complex) -> Complex:
-    """Let a polyline end at a point that is on it or shortly behind its end."""
-    if line.size < 2:
-        return np.append(line, joint)
+def _cut(line: Array, joint: Array) -> Array:
+    """Let a polyline (m, 2) end at a point (2,) that is on it or shortly behind its end."""
     tail = line[-_OVERLAP - 1 :]
-    way = np.diff(tail)
-    r = (joint - tail[:-1]) * way.conj() / np.maximum(np.abs(way), 1e-12)
-    inside = (r.real >= 0.0) & (r.real <= np.abs(way)) & (np.abs(r.imag) < 1e-9)
-    kept = line.size if not inside.any() else line.size - tail.size + int(np.argmax(inside)) + 1
-    return np.append(line[:kept], joint)
+    (x, y), (way_x, way_y) = (joint - tail[:-1]).T, np.diff(tail, axis=0).T
+    length = np.maximum(np.hypot(way_x, way_y), 1e-12)
+    along, aside = (x * way_x + y * way_y) / length, (y * way_x - x * way_y) / length
+    inside = (along >= 0.0) & (along <= length) & (np.abs(aside) < 1e-9)
+    kept = len(line) - len(tail) + int(np.argmax(inside)) + 1 if inside.any() else len(line)
+    return np.vstack([line[:kept], joint])
 
 
 def _is_closed(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
@@ -227,12 +223,13 @@ def _is_closed(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bo
     so that no gap is left in the wall.
     """
     i, j = before[1] - 1, after[0]
-    begin = raw.point(i)
-    way = raw.point(j) - begin
-    if abs(way) <= _GAP:
+    begin = raw.points(i, i + 1)
+    way = raw.points(j, j + 1) - begin
+    length = float(np.hypot(*way[0]))
+    if length <= _GAP:
         return True
-    n = int(steps(abs(way), SPACING, "a gap in a boundary", CorridorError)[0]) + 1
-    d, _, _ = raw.from_path(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
+    n = int(steps(length, SPACING, "a gap in a boundary", CorridorError)[0]) + 1
+    d, _, _ = raw.from_path(np.linspace(0.0, 1.0, n)[:, None] * way + begin)
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())
 

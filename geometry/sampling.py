@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from geometry.arrays import Array, Complex, Index
+from geometry.arrays import Array, Index
 from geometry.errors import InputError
 
 SPACING = 0.05  # [m] at most, between samples
@@ -49,23 +49,17 @@ def number_steps(counts: Index) -> tuple[Index, Index]:
     return owner, np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def thin_out(line: Complex) -> Complex:
-    """Drop points that repeat the one before, and of a line of far too many, as a scan has them, those that
-    it runs straight past."""
+def thin_out(line: Array) -> Array:
+    """Drop of a polyline (m, 2) points that repeat the one before, and of one of far too many, as a scan has
+    them, those that it runs straight past."""
     # In blocks: what a route of many kilometres takes meanwhile stays small.
-    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
-    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
+    blocks = (line[i : i + _BLOCK + 1] for i in range(0, len(line) - 1, _BLOCK))
+    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(_lengths(some) > _MERGED for some in blocks)])
     line = line if kept.all() else line[kept]
-    if line.size < _CROWDED or line.size <= _CROWDED * np.abs(np.diff(line)).sum() / SPACING:
+    if len(line) < _CROWDED or len(line) <= _CROWDED * _lengths(line).sum() / SPACING:
         return line
-    return as_complex(shapely.get_coordinates(shapely.LineString(as_pairs(line)).simplify(_THINNED)))
+    return np.asarray(shapely.get_coordinates(shapely.LineString(line).simplify(_THINNED)))
 
 
-def as_complex(points: Array) -> Complex:
-    """(m, 2) as (m,) x + iy."""
-    return np.ascontiguousarray(points, dtype=np.float64).view(np.complex128)[..., 0]
-
-
-def as_pairs(points: Complex) -> Array:
-    """(...) x + iy as (..., 2)."""
-    return np.ascontiguousarray(points).view(np.float64).reshape(*points.shape, 2)
+def _lengths(line: Array) -> Array:
+    return np.asarray(np.hypot(*np.diff(line, axis=0).T))

@@ -15,7 +15,7 @@ import numpy as np
 from geometry.arrays import Array, locked
 from geometry.compiled import Array2, IndexOut1, inner, kernel
 from geometry.errors import CorridorError
-from geometry.sampling import as_complex, as_pairs, thin_out
+from geometry.sampling import thin_out
 from geometry.shape_grid import ShapeGrid
 from geometry.validation import Validated, to_rows, validate
 
@@ -53,8 +53,7 @@ class PartLines(Validated, error=CorridorError):
             rows = [
                 to_rows(line, 2, f"{side}[{k}]", CorridorError) for k, line in enumerate(getattr(self, side))
             ]
-            lines = (locked(as_pairs(thin_out(as_complex(line)))) for line in rows)
-            object.__setattr__(self, side, tuple(lines))
+            object.__setattr__(self, side, tuple(locked(thin_out(line)) for line in rows))
         grid = ShapeGrid.of_lines([simplified(line, FINE) for line in self.both])
         object.__setattr__(self, "grid", grid)
         smooth = ([simplified(line, SMOOTH) for line in side] for side in (self.left, self.right))
