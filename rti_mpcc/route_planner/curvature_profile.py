@@ -14,7 +14,7 @@ left; the heading changes by d (h dkappa + kappa dh).
 from __future__ import annotations
 
 from math import ceil, cos, sin
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,15 +22,9 @@ from geometry.arrays import Array
 from geometry.compiled import Array1, Index1, IndexOut1, Out1, Out2, Out3, inner, kernel
 from rti_mpcc.route_planner.arcs import find_cusps, length_of, pose_after
 
-MIDDLE_X: Final = 0
-MIDDLE_Y: Final = 1
-TANGENT_X: Final = 2
-TANGENT_Y: Final = 3
-CURVATURE: Final = 4
-SHARE: Final = 5
-ARC: Final = 6
+MIDDLE_X, MIDDLE_Y, TANGENT_X, TANGENT_Y, CURVATURE, SHARE, ARC = range(7)
 """Columns of the arcs: m, t and kappa of (R3), and the share of the distance between two knots at which the
-middle of the arc is."""
+middle of the arc is; how many these are."""
 _LEAST_LENGTH = 0.02
 """No segment becomes shorter [m]."""
 _SPREADS = 300
