@@ -308,16 +308,8 @@ def answered_by(
         each = sent[max(place, 0)]
         begins = each.begins + later + min(place, 0) * cycle
         acting = found[-1].acting(begins, actuators) if found else each.before
-        found.append(
-            Actuation(
-                begins=begins,
-                acceleration=drive.acceleration,
-                steering_rate=wheels.steering_rate,
-                before=acting,
-                speed=drive.speed,
-                steering=wheels.steering,
-            )
-        )
+        both = replace(drive, steering_rate=wheels.steering_rate, steering=wheels.steering)
+        found.append(replace(both, begins=begins, before=acting))
     return tuple(found)
 
 
