@@ -28,7 +28,7 @@ from typing import Final
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array2, Out4, inner, kernel
+from geometry.compiled import Array2, Out4, copy_row, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
 from geometry.shape_grid import (
     MOST_TIED,
@@ -46,7 +46,7 @@ from geometry.shape_grid import (
 
 APART, ALONG, ACROSS, AT_X, AT_Y, CONTACT = range(6)
 """Columns of a contact: signed distance [m], normal, out of the shape, and the point of the piece [m], both
-in the frame of the body; how many these are."""
+in the frame of the body; how many these are. They are the first ones of what `distance_between` finds."""
 LEFT, RIGHT, END_LEFT, END_RIGHT, FLANKS = range(5)
 """Sides of a body on open ground; how many these are."""
 _MOST_MET: Final = 32
@@ -124,7 +124,7 @@ def line_contacts(
                 key = witness[VALUE] - outward * abs(witness[ON_A_X] - body.middle[0])
                 if key < chosen[slot]:
                     chosen[slot] = key
-                    _keep(witness, found[n, j, grid.owner[i]])
+                    copy_row(witness, found[n, j, grid.owner[i]])
         for slot in range(slots):
             at_open_end = ties[slot] == 1 and ends[slot] == 1
             if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
@@ -137,7 +137,7 @@ def line_contacts(
                 j = slot // grid.owners
                 witness[VALUE] = -inf
                 _behind(body.corners[body.starts[j] : body.starts[j + 1]], segment, witness)
-                _keep(witness, found[n, j, slot % grid.owners])
+                copy_row(witness, found[n, j, slot % grid.owners])
 
 
 @kernel
@@ -170,7 +170,7 @@ def solid_contacts(
                 known = found[n, j, side]
                 key = witness[VALUE] - farther_out * abs(witness[ON_A_X] - middle[0])
                 if key < known[APART] - farther_out * abs(known[AT_X] - middle[0]):
-                    _keep(witness, known)
+                    copy_row(witness, known)
 
 
 @inner
@@ -188,14 +188,6 @@ def _left_of(segment: Array) -> tuple[float, float, float]:
     if length == 0.0:
         return 0.0, 0.0, 0.0
     return length, -dy / length, dx / length
-
-
-@inner
-def _keep(witness: Array, contact: Array) -> None:
-    """Put what `distance_between` found into a contact (5,)."""
-    contact[APART] = witness[VALUE]
-    contact[ALONG], contact[ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
-    contact[AT_X], contact[AT_Y] = witness[ON_A_X], witness[ON_A_Y]
 
 
 @inner

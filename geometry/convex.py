@@ -33,15 +33,15 @@ def distance_between(a: Array, b: Array, most: float, found: Array) -> None:
     A distance of `most` or more may be too small, but is `most` at least.
     """
     found[VALUE] = -inf
-    _separate(a, b, -1.0, found)
-    _separate(b, a, 1.0, found)
+    _separate(a, b, ON_A_X, ON_B_X, found)
+    _separate(b, a, ON_B_X, ON_A_X, found)
     # No normal of theirs tells whether lines and points on one line are apart.
     thin = len(a) <= 2 and len(b) <= 2
     if -inf < found[VALUE] <= (-_TOUCHING if thin else 0.0) or found[VALUE] >= most:
         return
     found[VALUE] = inf
-    _approach(a, b, 1.0, found)
-    _approach(b, a, -1.0, found)
+    _approach(a, b, ON_A_X, ON_B_X, found)
+    _approach(b, a, ON_B_X, ON_A_X, found)
     found[VALUE] = sqrt(found[VALUE])
     if found[VALUE] > _TOUCHING:
         found[NORMAL_X] = (found[ON_A_X] - found[ON_B_X]) / found[VALUE]
@@ -49,10 +49,11 @@ def distance_between(a: Array, b: Array, most: float, found: Array) -> None:
 
 
 @inner
-def _separate(p: Array, q: Array, sign: float, found: Array) -> None:
-    """Keep the largest separation along the outward normals of the edges of p; `sign` is 1 where A is q."""
+def _separate(p: Array, q: Array, on_p: int, on_q: int, found: Array) -> None:
+    """Keep the largest separation along the outward normals of edges of p, and at `on_p`, `on_q` where."""
     if len(p) == 1:
         return
+    sign = 1.0 if on_q == ON_A_X else -1.0
     for i in range(len(p)):
         j = i + 1 if i + 1 < len(p) else 0
         edge_x, edge_y = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1]
@@ -73,16 +74,13 @@ def _separate(p: Array, q: Array, sign: float, found: Array) -> None:
             share = ((x - p[i, 0]) * edge_x + (y - p[i, 1]) * edge_y) / (length * length)
             off = min(max(share, 0.0), 1.0) - share  # along parallel edges: to a place that is on both
             x, y = x + off * edge_x, y + off * edge_y
-            on_p_x, on_p_y = x - least * normal_x, y - least * normal_y
-            if sign > 0.0:
-                found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = x, y, on_p_x, on_p_y
-            else:
-                found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = on_p_x, on_p_y, x, y
+            found[on_q], found[on_q + 1] = x, y
+            found[on_p], found[on_p + 1] = x - least * normal_x, y - least * normal_y
 
 
 @inner
-def _approach(p: Array, q: Array, sign: float, found: Array) -> None:
-    """Keep the least square of the distance of a corner of p to an edge of q; `sign` is 1 where p is A."""
+def _approach(p: Array, q: Array, on_p: int, on_q: int, found: Array) -> None:
+    """Keep the least square of the distance of a corner of p to an edge of q, and at `on_p`, `on_q` where."""
     least = found[VALUE]
     for i in range(1 if len(q) == 2 else len(q)):
         j = i + 1 if i + 1 < len(q) else 0
@@ -96,11 +94,8 @@ def _approach(p: Array, q: Array, sign: float, found: Array) -> None:
             distance = apart_x * apart_x + apart_y * apart_y
             if distance < least:
                 least = distance
-                on_x, on_y = p[k, 0] - apart_x, p[k, 1] - apart_y
-                if sign > 0.0:
-                    found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = p[k, 0], p[k, 1], on_x, on_y
-                else:
-                    found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = on_x, on_y, p[k, 0], p[k, 1]
+                found[on_p], found[on_p + 1] = p[k, 0], p[k, 1]
+                found[on_q], found[on_q + 1] = p[k, 0] - apart_x, p[k, 1] - apart_y
     found[VALUE] = least
 
 
