@@ -116,8 +116,10 @@ class ShapeGrid(NamedTuple):
 
     @classmethod
     def _of(cls, corners: Array, starts: Index, owner: Index, owners: int) -> ShapeGrid:
-        circles = np.empty((len(owner), 3))
-        _bound(corners, starts, circles)
+        first = starts[:-1]
+        middles = 0.5 * (np.minimum.reduceat(corners, first) + np.maximum.reduceat(corners, first))
+        off = corners - np.repeat(middles, np.diff(starts), axis=0)
+        circles = np.column_stack([middles, np.maximum.reduceat(np.hypot(off[:, 0], off[:, 1]), first)])
         low, high = np.zeros(2), np.zeros(2)
         if len(corners):
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -150,7 +152,7 @@ class ShapeGrid(NamedTuple):
         return self._replace(corners=locked(corners), circles=locked(circles), origin=locked(origin))
 
     def beyond(self, points: Array, within: float = inf) -> Array:
-        """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
+        """Return how far points (n, >= 2) are to the right of the nearest line [m]; 0 to the left of it.
 
         Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
         """
@@ -163,8 +165,7 @@ class ShapeGrid(NamedTuple):
 
         The least of those of its shapes and the body's pieces; +inf without any nearer than `within` [m].
 
-        Raises:
-            InputError: wrong shape, or poses that are not finite.
+        Raises InputError for poses of another shape, or not finite.
         """
         poses = to_rows(poses, 3, "poses")
         found = np.empty((len(poses), self.owners))
@@ -179,21 +180,6 @@ def _starts(shapes: Sequence[Array]) -> Index:
 
 
 POINT = Body.of([(0.0, 0.0)])
-
-
-@kernel
-def _bound(corners: Array2, starts: Index1, circles: Out2) -> None:
-    for i in range(len(circles)):
-        first, stop = starts[i], starts[i + 1]
-        low_x, high_x = corners[first, 0], corners[first, 0]
-        low_y, high_y = corners[first, 1], corners[first, 1]
-        for k in range(first + 1, stop):
-            low_x, high_x = min(low_x, corners[k, 0]), max(high_x, corners[k, 0])
-            low_y, high_y = min(low_y, corners[k, 1]), max(high_y, corners[k, 1])
-        x, y, radius = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.0
-        for k in range(first, stop):
-            radius = max(radius, hypot(corners[k, 0] - x, corners[k, 1] - y))
-        circles[i, 0], circles[i, 1], circles[i, 2] = x, y, radius
 
 
 @kernel
@@ -345,7 +331,7 @@ def is_among(i: int, met: Index, count: int) -> bool:
 
 @kernel
 def beyond_lines(grid: ShapeGrid, points: Array2, within: float, found: Out1) -> None:
-    """Write what `ShapeGrid.beyond` returns, of points (n, >= 2), into `found` (n,), which is 0 before."""
+    """Write what `ShapeGrid.beyond` returns into `found` (n,), which is 0 before."""
     corners, circles, origin, cell, counts = grid.corners, grid.circles, grid.origin, grid.cell, grid.counts
     if len(circles) == 0:
         return
