@@ -130,8 +130,7 @@ def _digest() -> str:
 def user_directory() -> Path:
     """Return where compiled kernels are kept: NUMBA_CACHE_DIR, or a directory for such files of the user's.
 
-    Raises:
-        RuntimeError: the user has no home directory.
+    Raises RuntimeError if the user has no home directory.
     """
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(chosen) / "rti-mpcc"

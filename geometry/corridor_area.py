@@ -35,8 +35,7 @@ _FOLDED = 0.99  # of a bend's radius: beside its inside there is no more
 def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     """Return the area of a corridor along a path without its obstacles, `beyond` [m] longer at the open ends.
 
-    Raises:
-        CorridorError: a part has no boundaries, they cut the path, or the parts are not connected.
+    Raises CorridorError if a part has no boundaries, they cut the path, or the parts are not connected.
     """
     if corridor.area is not None:
         return corridor.area

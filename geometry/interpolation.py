@@ -29,8 +29,7 @@ def biarcs(poses: Array, directions: Index) -> tuple[Index, Array, Array]:
     and the arcs meet at the mean of p_1 + d t_1 and p_2 - d t_2. An arc that leaves its chord of length c
     by the angle a turns by 2 a, has the curvature 2 sin(a)/c and the length c/sinc(a).
 
-    Raises:
-        PathError: a heading is more than 90 deg away from the chord beside it.
+    Raises PathError if a heading is more than 90 deg away from the chord beside it.
     """
     turned = np.where(directions > 0, 0.0, np.pi)
     angle_1, angle_2 = poses[:-1, 2] + turned, poses[1:, 2] + turned

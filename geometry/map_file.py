@@ -46,8 +46,7 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> tuple[Array,
     All corners run counter-clockwise, and the rectangles do not overlap. Unknown cells count as occupied,
     unless `unknown_is_free`.
 
-    Raises:
-        AreaError: a file is missing or cannot be read, an entry is missing or not usable, or no cell is free.
+    Raises AreaError if a file is missing or cannot be read, an entry is not usable, or no cell is free.
     """
     try:
         entries = _checked(_read_yaml(file))
@@ -116,8 +115,7 @@ def merged_cells(cells: Mask) -> Index:
     Each row's runs of such cells, put together with those of the rows above (the next ones) that begin and
     end where they do. Right and top are the first column and row beyond.
 
-    Raises:
-        AreaError: they are far too many.
+    Raises AreaError for far too many.
     """
     change = np.diff(np.pad(cells.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     _refuse_more("runs", int(np.count_nonzero(change > 0)), _RUNS)

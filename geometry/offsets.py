@@ -131,26 +131,23 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
 
 def _untrimmed(part: PathPart, sections: Sections, values: Array) -> _Raw:
     """Sample a side at most SPACING apart, with transverse edges where the offset steps."""
-    thetas, offsets, folded = [], [], []
+    pieces: list[tuple[Array, Array, Mask]] = []
     for i, (a, b) in enumerate(pairwise(sections.breaks)):
         if i > 0 and values[i] != values[i - 1]:
             n = int(steps(abs(values[i] - values[i - 1]), SPACING, "a step of a boundary", CorridorError)[0])
-            offsets.append(np.linspace(values[i - 1], values[i], n + 1)[1:-1])
-            thetas.append(np.full(n - 1, a))
-            folded.append(np.zeros(n - 1, dtype=np.bool_))
+            across = np.linspace(values[i - 1], values[i], n + 1)[1:-1]
+            pieces.append((np.full(n - 1, a), across, np.zeros(n - 1, dtype=np.bool_)))
         inner = part.knots[(part.knots > a) & (part.knots < b)]
         ends = np.concatenate(([a], inner, [b]))
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
         lengths = np.diff(ends) * np.maximum(np.abs(stretch), 1.0)
         counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         piece, step = number_steps(counts)
-        thetas.append(ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1))
-        offsets.append(np.full(piece.size, values[i]))
-        folded.append(stretch[piece] < -1e-9)
+        theta = ends[piece] + np.diff(ends)[piece] * step / (counts[piece] - 1)
+        pieces.append((theta, np.full(piece.size, values[i]), stretch[piece] < -1e-9))
     along = part.places(SPACING)
     tree = cKDTree(_points(part, along, np.zeros(along.size)), leafsize=32)
-    boundary = np.concatenate(thetas), np.concatenate(offsets), np.concatenate(folded)
-    return _Raw(part, sections, along, tree, *boundary)
+    return _Raw(part, sections, along, tree, *map(np.concatenate, zip(*pieces, strict=True)))
 
 
 def _points(part: PathPart, theta: Array, offset: Array) -> Array:
