@@ -33,9 +33,7 @@ def checked_polygon(
 ) -> shapely.Polygon:
     """Return corners (m, 2) [m] as a polygon whose outline runs counter-clockwise.
 
-    Raises:
-        InputError: of the class `error`; fewer than 3 corners, numbers that are not finite, or an outline
-            that crosses itself.
+    Raises `error` for fewer than 3 corners, numbers that are not finite, or an outline that crosses itself.
     """
     points = _points(corners, name, error)
     if len(points) < 3:
@@ -143,10 +141,8 @@ def convex_pieces(shape: Shape) -> list[Array]:
     """Return convex pieces (m_i, 2), counter-clockwise, that make up a shape [m]: itself, or triangles."""
     if not isinstance(shape, shapely.Polygon):
         return [corners_of(shape)]
-    ring: Array = shapely.get_coordinates(shape)[:-1]
     # A corner that is given twice would hide which way it turns.
-    loop = np.concatenate((ring[-1:], ring))
-    ring = ring[(loop[1:] != loop[:-1]).any(axis=1)]
+    ring: Array = shapely.get_coordinates(shapely.remove_repeated_points(shape))[:-1]
     loop = np.concatenate((ring[-1:], ring, ring[:1]))
     (x, y), (next_x, next_y) = (loop[1:-1] - loop[:-2]).T, (loop[2:] - loop[1:-1]).T
     if (x * next_y - y * next_x >= 0.0).all():
@@ -188,9 +184,11 @@ def split_outline(part: PathPart, polygon: shapely.Polygon) -> tuple[Array, Arra
     round either end belongs half to the left and half to the right. Both run counter-clockwise: allowed on
     the left.
     """
-    outline = polygon.exterior
-    behind = _hit(outline, part.first.x, part.first.y, part.first.phi, -part.direction)
-    ahead = _hit(outline, part.last.x, part.last.y, part.last.phi, part.direction)
+    outline, x, y = polygon.exterior, part.x[[0, -1]], part.y[[0, -1]]
+    outward = part.phi[[0, -1]] + ([np.pi, 0.0] if part.direction > 0 else [0.0, np.pi])
+    far = _ray_lengths(outline, x, y, outward)
+    met = shapely.points(x + far * np.cos(outward), y + far * np.sin(outward))
+    behind, ahead = shapely.line_locate_point(outline, met).tolist()
     starboard, port = _between(outline, behind, ahead), _between(outline, ahead, behind)
     return (port, starboard) if part.direction > 0 else (starboard, port)
 
@@ -220,13 +218,6 @@ def _ray_lengths(outline: shapely.LinearRing, x: Array, y: Array, angle: Array) 
     end = start + far * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = shapely.linestrings(np.stack([start, end], axis=1))
     return np.asarray(shapely.distance(shapely.points(start), shapely.intersection(rays, outline)))
-
-
-def _hit(outline: shapely.LinearRing, x: float, y: float, phi: float, way: int) -> float:
-    """Position on the outline [m] at which a ray along way times the heading first meets it."""
-    angle = phi if way > 0 else phi + np.pi
-    length = float(_ray_lengths(outline, np.array([x]), np.array([y]), np.array([angle]))[0])
-    return float(outline.project(shapely.Point(x + length * np.cos(angle), y + length * np.sin(angle))))
 
 
 def _between(outline: shapely.LinearRing, start: float, end: float) -> Array:

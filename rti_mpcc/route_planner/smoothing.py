@@ -91,15 +91,12 @@ class Smoothing:
         self._curvature = CURVATURE_SHARE * config.max_curvature
         self._margin = max(clearance.on_routes, clearance.least + settings.reserve, CHECK)
         radius = 1.0 / config.max_curvature
-        profile = CurvatureProfile.of(route, _SPACING * radius, _ARC * radius).bounded(self._curvature)
-        self._fixed = [
-            (k, bend) for k, bend in zip((0, len(profile.knots) - 1), ends, strict=True) if bend is not None
-        ]
+        self.profile = CurvatureProfile.of(route, _SPACING * radius, _ARC * radius).bounded(self._curvature)
+        places = 0, len(self.profile.knots) - 1
+        self._fixed = [(k, bend) for k, bend in zip(places, ends, strict=True) if bend is not None]
         # A step towards them would make it worse at first: they are there from the start.
-        knots = profile.knots.copy()
         for k, bend in self._fixed:
-            knots[k] = bend
-        self.profile = profile._replace(knots=knots)
+            self.profile.knots[k] = bend
         self._lack, self._trust, self.moved = _LACK, _TRUST, inf
         self._at = self._linearised(self.profile)
 
