@@ -21,26 +21,18 @@ PIECES = 2
 """Boxes of equal length that the body is cut into, each with a half-plane for each side."""
 
 
+@lru_cache(maxsize=64)
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame: the convex pieces of its outline, or a rectangle, see `box_of`."""
     if vehicle.outline is None:
-        return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
-    return _outlined(vehicle.outline)
+        return box_of(vehicle, pieces)
+    return Body.of(*merge_convex(convex_pieces(checked_polygon(vehicle.outline, "outline"))))
 
 
+@lru_cache(maxsize=64)
 def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The rectangle that holds the body, cut across into `pieces` of equal length, the rear one first."""
-    return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
-
-
-@lru_cache(maxsize=64)
-def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
-    return Body.of(*merge_convex(convex_pieces(checked_polygon(outline, "outline"))))
-
-
-@lru_cache(maxsize=64)
-def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
-    half, low, length = 0.5 * width, -rear, front + rear
+    half, low, length = 0.5 * vehicle.width, -vehicle.rear, vehicle.front + vehicle.rear
     ends = low + length * np.arange(pieces + 1) / pieces
     spans = pairwise(ends.tolist())
     body = Body.of(*([(begin, -half), (end, -half), (end, half), (begin, half)] for begin, end in spans))
