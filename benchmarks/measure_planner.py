@@ -21,6 +21,7 @@ from benchmarks.tables import ROOT, command_line, number, origin, replace_block,
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, Manoeuvre
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
 
 COMMAND = "python -m benchmarks.measure_planner"
@@ -45,7 +46,7 @@ class Planned:
 
 def planned(start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> Planned:
     """Plan slice by slice."""
-    planning, slices = RoutePlanning(start, goal, area, config), []
+    planning, slices = RoutePlanning(RouteProblem.of(start, goal, area, config)), []
     while planning.manoeuvre is None:
         begun = process_time()
         planning.advance()

@@ -28,6 +28,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.objectives import apart
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.state import ControllerState, Phase, RouteState
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.goals import GOAL_MOVED
@@ -202,9 +203,9 @@ class Replanner:
         there = SETTLE_SHARE if route.routes > 0 else 1.0
         config, known = s.goal.terms.on(self._config), self.area_known(s)
         keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.detected is None]
-        self._planning = RoutePlanning(
-            request.start, request.goal, known, config, request.incoming, there=there, keep_out=keep_out
-        )
+        start, goal = request.start, request.goal
+        problem = RouteProblem.of(start, goal, known, config, request.incoming, keep_out)
+        self._planning = RoutePlanning(problem, there)
 
     def _replan_reason(self, s: ControllerState) -> str:
         """Why another route is needed, or ""."""

@@ -55,11 +55,8 @@ class CurvatureProfile(NamedTuple):
 
     @classmethod
     def of(cls, route: Array, spacing: float, arc: float) -> CurvatureProfile:
-        """Build from a route (n, 2) of signed lengths [m] and curvatures [1/m]: means around the knots.
-
-        Args:
-            spacing: of the knots [m]; arc: length of the arcs [m]; both at most.
-        """
+        """Build from a route (n, 2) of signed lengths [m] and curvatures [1/m]: means around the knots, at
+        most `spacing` [m] apart; its arcs have at most the length `arc` [m]."""
         segments = np.split(route, np.flatnonzero(find_cusps(route)) + 1)
         lengths = [length_of(each) for each in segments]
         knots = [

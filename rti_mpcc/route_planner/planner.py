@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from math import atan, inf, sqrt
 from time import perf_counter
@@ -23,7 +23,6 @@ from geometry.arrays import Array
 from geometry.pose import degrees_hint
 from geometry.validation import validated
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import CUSP_TOLERANCE, WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go
 from rti_mpcc.route_planner.costs import ARC, Terms
@@ -71,7 +70,7 @@ def plan_manoeuvre(
     for hint in (degrees_hint("start.phi", start.phi), degrees_hint("goal.phi", goal.phi)):
         if hint:
             _log.warning("%s", hint)
-    planning = RoutePlanning(start, goal, area, config or ControllerConfig())
+    planning = RoutePlanning(RouteProblem.of(start, goal, area, config or ControllerConfig()))
     while planning.manoeuvre is None:
         planning.advance()
     return planning.manoeuvre
@@ -85,26 +84,12 @@ class RoutePlanning:
         seconds: time of its slices; longest: expected time of the next one [s].
 
     Args:
-        start, goal, area, config: as `plan_manoeuvre`; incoming: signed length [m] and curvature [1/m] of the
-            arc on which a vehicle reaches the start that continues without a stop, where that can be.
         there: share of the goal tolerance within which the start is in the goal, and nothing to drive.
-        keep_out: outlines (k, 2) that are solid, too, but on the last straight arc into the goal.
     """
 
-    def __init__(
-        self,
-        start: Pose2,
-        goal: Pose2,
-        area: Area,
-        config: ControllerConfig,
-        incoming: tuple[float, float] = (0.0, 0.0),
-        there: float = 1.0,
-        keep_out: Sequence[Array] = (),
-    ) -> None:
-        make_ready()
+    def __init__(self, problem: RouteProblem, there: float = 1.0) -> None:
         self.manoeuvre: Manoeuvre | None = None
         self.seconds, self.longest = 0.0, FIRST
-        problem = RouteProblem.of(start, goal, area, config, incoming, keep_out)
         self._steps = _planned(problem, there, lambda: self.seconds)
 
     def waited(self) -> None:

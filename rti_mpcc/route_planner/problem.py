@@ -15,6 +15,7 @@ from geometry import Area, Pose2
 from geometry.arrays import Array
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.kernels import make_ready
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import NO_LENGTH, poses_after
 from rti_mpcc.route_planner.costs import ARC, Terms
@@ -83,7 +84,9 @@ class RouteProblem:
         incoming: tuple[float, float] = (0.0, 0.0),
         keep_out: Sequence[Array] = (),
     ) -> RouteProblem:
-        """Build from poses and an area in the world; `keep_out`: see `RoutePlanning`."""
+        """Build from poses of the rear axle and an area in the world; `keep_out`: outlines (k, 2) [m] that
+        are solid, too, but on the last straight arc into the goal."""
+        make_ready()
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), BOX)
         origin = np.array([start.x, start.y])
         assert around.boundary is not None
@@ -173,16 +176,11 @@ class RouteProblem:
 
 
 def leaving_arcs(problem: RouteProblem, clearance: float, terms: Terms) -> Generator[None, None, Roots]:
-    """How a vehicle leaves a start that is nearer to something than the hard minimum.
+    """How a vehicle leaves a start of this clearance [m], nearer to something than the hard minimum.
 
     It drives one arc, on which the body never comes nearer to anything than it is at the start, until it
     keeps the margin of the search. From there a route is searched for as from any start. The wheels are
-    turned at rest before the arc and behind it.
-
-    Args:
-        clearance: of the start [m].
-
-    Returns: the ends of such arcs, or none.
+    turned at rest before the arc and behind it. Returns the ends of such arcs, or none.
     """
     body, found = problem.config.vehicle, []
     swing = min(_SWING, 0.1 * clearance)

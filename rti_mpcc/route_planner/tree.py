@@ -16,9 +16,7 @@ from geometry.compiled import Index1, IndexOut1, Out1, Out2, inner, kernel
 
 EMPTY: Final = 0
 """A free slot of a table: keys are larger."""
-NODES: Final = 0
-EXPANDED: Final = 1
-TARGETS_KNOWN: Final = 2
+NODES, EXPANDED, TARGETS_KNOWN = range(3)
 """Places in the counters of a tree."""
 NONE: Final = -1
 """No node: the parent of a root."""

@@ -29,6 +29,7 @@ from rti_mpcc import (
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner import cost_to_go, drivable, shortening
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.route_planner.problem import RouteProblem
 from rti_mpcc.route_planner.smoothing import CURVATURE_SHARE
 from rti_mpcc.types import Array
 from tests.lists import some_of
@@ -64,7 +65,7 @@ def planned(scene: Scene, **route: Any) -> Manoeuvre:
 
 def by_slices(*args: Any, **keys: Any) -> tuple[Manoeuvre, int]:
     """The manoeuvre, and the number of slices."""
-    planning, slices = RoutePlanning(*args, **keys), 0
+    planning, slices = RoutePlanning(RouteProblem.of(*args, **keys)), 0
     while planning.manoeuvre is None:
         planning.advance()
         slices += 1
