@@ -190,9 +190,7 @@ def _walls(
     sections = sections_of(part, left, right, narrowings)
     # They come with growing theta; the allowed side has to be on their left.
     left_lines, right_lines = (
-        tuple(
-            np.ascontiguousarray(line[:: -part.direction * side]) for line in trimmed(part, sections, values)
-        )
+        tuple(line[:: -part.direction * side] for line in trimmed(part, sections, values))
         for side, values in ((1, sections.left), (-1, sections.right))
     )
     width = sections.left - sections.right

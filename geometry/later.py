@@ -11,12 +11,8 @@ from typing import Any
 def import_later(
     package: str, names_of: Mapping[str, Sequence[str]]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the `__getattr__` and the `__dir__` of a package (PEP 562).
-
-    Args:
-        package: its name.
-        names_of: public names by the module that has them.
-    """
+    """Return the `__getattr__` and the `__dir__` (PEP 562) of the package with this name; `names_of`: its
+    public names by the module that has them."""
     module_of = {name: module for module, names in names_of.items() for name in names}
     namespace = vars(sys.modules[package])
 

@@ -53,7 +53,8 @@ class PartLines(Validated, error=CorridorError):
             rows = [
                 to_rows(line, 2, f"{side}[{k}]", CorridorError) for k, line in enumerate(getattr(self, side))
             ]
-            object.__setattr__(self, side, tuple(locked(thin_out(line)) for line in rows))
+            # Views: an array of the caller's stays open.
+            object.__setattr__(self, side, tuple(locked(thin_out(line).view()) for line in rows))
         grid = ShapeGrid.of_lines([simplified(line, FINE) for line in self.both])
         object.__setattr__(self, "grid", grid)
         smooth = ([simplified(line, SMOOTH) for line in side] for side in (self.left, self.right))
