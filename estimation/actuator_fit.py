@@ -68,34 +68,7 @@ def fitted(drive: Drive, scale: Scale) -> ActuatorFit | None:
     asked = np.cumsum(drive.rates[:-1] * np.diff(drive.stamps)) if len(drive.stamps) > 1 else np.zeros(1)
     if len(drive.stamps) < 20 or min(np.ptp(drive.measured), np.ptp(asked)) < least:
         return None
-    fits = [_fit(_Problem(drive, by_setpoints)) for by_setpoints in (False, True)]
-    return min(fits, key=lambda each: each.rms)
-
-
-class _Problem:
-    """The residuals of one interface as a function of (T, tau)."""
-
-    def __init__(self, drive: Drive, by_setpoints: bool) -> None:
-        self.drive, self.by_setpoints = drive, by_setpoints
-        self.sent = np.stack([drive.stamps, drive.rates, drive.setpoints], axis=1)
-        self.first = np.array([[0.0], drive.setpoints[:1], drive.rates[:1]])
-        windows = ((drive.stamps - drive.stamps[0]) // WINDOW).astype(int)
-        parts = (np.flatnonzero(windows == each) for each in np.unique(windows))
-        self.parts = [each for each in parts if len(each) > 4]
-
-    def residuals(self, model: Array) -> Array:
-        """(n,) what (A2) leaves of the windows."""
-        return self.explained(model)[0]
-
-    def explained(self, model: Array) -> tuple[Array, float]:
-        """(n,) residuals and 1 + c2."""
-        m, t = self.drive.measured, self.drive.stamps
-        output = answers(self.sent, self.first, model[1:])[:, int(self.by_setpoints), 0]
-        y = np.interp(t - model[0], t, output)
-        pairs = [(_detrended(m[part], t[part]), _detrended(y[part], t[part])) for part in self.parts]
-        ms, ys = (np.concatenate(each) for each in zip(*pairs, strict=True))
-        gain = float(ms @ ys) / max(float(ys @ ys), 1e-12)
-        return ms - gain * ys, gain
+    return min((_fit(drive, by_setpoints) for by_setpoints in (False, True)), key=lambda each: each.rms)
 
 
 def _rms(values: Array) -> float:
@@ -109,33 +82,52 @@ def _detrended(values: Array, stamps: Array) -> Array:
     return np.asarray(centred - (centred @ t) / (t @ t) * t)
 
 
-def _fit(problem: _Problem) -> ActuatorFit:
+def _fit(drive: Drive, by_setpoints: bool) -> ActuatorFit:
+    """The best model of one interface."""
     from scipy.optimize import least_squares  # here: it takes long to import, and a control loop needs none
 
+    m, t = drive.measured, drive.stamps
+    sent = np.stack([t, drive.rates, drive.setpoints], axis=1)
+    first = np.array([[0.0], drive.setpoints[:1], drive.rates[:1]])
+    windows = ((t - t[0]) // WINDOW).astype(int)
+    parts = [np.flatnonzero(windows == each) for each in np.unique(windows)]
+    parts = [each for each in parts if len(each) > 4]
+
+    def explained(model: Array) -> tuple[Array, float]:
+        """(n,) what (A2) with (T, tau) leaves of the windows, and 1 + c2."""
+        y = np.interp(t - model[0], t, answers(sent, first, model[1:])[:, int(by_setpoints), 0])
+        pairs = [(_detrended(m[part], t[part]), _detrended(y[part], t[part])) for part in parts]
+        ms, ys = (np.concatenate(each) for each in zip(*pairs, strict=True))
+        gain = float(ms @ ys) / max(float(ys @ ys), 1e-12)
+        return ms - gain * ys, gain
+
+    def left(model: Array) -> Array:
+        return explained(model)[0]
+
     grid = [np.array((dead, lag)) for dead in _GRID[0] for lag in _GRID[1]]
-    start = min(grid, key=lambda each: float(np.square(problem.residuals(each)).sum()))
+    start = min(grid, key=lambda each: float(np.square(left(each)).sum()))
     found = least_squares(
-        problem.residuals,
+        left,
         start,
         bounds=((0.0, 1e-3), LONGEST),
         loss="soft_l1",
-        f_scale=_OUTLIER * (_rms(problem.residuals(start)) + 1e-9),
+        f_scale=_OUTLIER * (_rms(left(start)) + 1e-9),
         diff_step=(1e-3, 1e-3),
         x_scale=(0.1, 0.1),
     )
-    residuals, gain = problem.explained(found.x)
+    residuals, gain = explained(found.x)
     jacobian = np.asarray(found.jac, dtype=np.float64)
     information = jacobian.T @ jacobian / max(float(np.mean(np.square(residuals))), 1e-18)
     dead_time_std, lag_std = np.sqrt(np.diag(np.linalg.pinv(information)).clip(0.0)).tolist()
-    predicted = problem.drive.measured.copy()
-    predicted[np.concatenate(problem.parts)] -= residuals
+    predicted = m.copy()
+    predicted[np.concatenate(parts)] -= residuals
     return ActuatorFit(
         dead_time=float(found.x[0]),
         lag=float(found.x[1]),
         stds=(dead_time_std, lag_std),
         gain=gain,
-        by_setpoints=problem.by_setpoints,
+        by_setpoints=by_setpoints,
         rms=_rms(residuals),
-        rms_without=_rms(problem.residuals(np.array((0.0, 1e-3)))),
+        rms_without=_rms(left(np.array((0.0, 1e-3)))),
         predicted=predicted,
     )

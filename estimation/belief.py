@@ -109,37 +109,30 @@ class Belief:
 
 def later(belief: Belief, detection: Detection, prior: GoalPrior | None, tracks: TrackFilter) -> Belief:
     """The belief after one more detection; `judged` says what became of it."""
-    problem = "" if prior is None else prior.problem(detection)
+    stamp, rivals = detection.stamp, belief.rivals
+    track = None if belief.track is None else tracks.predicted(belief.track, stamp)
+    innovation, nis = (None, None) if track is None else innovation_of(track.estimate, detection)
+    why, outcome = "" if prior is None else prior.problem(detection), Outcome.ACQUIRED
+    if track is None or nis is None or why or nis > tracks.gate:
+        rivals, rival = _joined(rivals, detection, tracks, barred=why != "")
+        why = why or _not_yet(rival, track, nis, prior, tracks)
+        if why:
+            rivals, outcome = (*rivals, rival), Outcome.REJECTED
+        else:
+            track = tracks.taken_over(rival, track)
+    else:
+        track, elsewhere = tracks.joined(track, detection)
+        rivals, outcome = _outnumbered(rivals), outcome if elsewhere else Outcome.ACCEPTED
     judged = Judgement(
-        stamp=detection.stamp,
-        outcome=Outcome.REJECTED,
+        stamp=stamp,
+        outcome=outcome,
+        reason=why,
         pose=detection.pose,
         covariance=detection.covariance,
-        reason=problem,
+        innovation=innovation,
+        nis=nis,
     )
-    track = None if belief.track is None else tracks.predicted(belief.track, detection.stamp)
-    belief = replace(belief, time=detection.stamp, track=track)
-    if track is None:
-        return _by_rivals(belief, detection, judged, prior, tracks)
-    innovation, nis = innovation_of(track.estimate, detection)
-    judged = replace(judged, innovation=innovation, nis=nis)
-    if problem or nis > tracks.gate:
-        return _by_rivals(belief, detection, judged, prior, tracks)
-    joined, elsewhere = tracks.joined(track, detection)
-    judged = replace(judged, outcome=Outcome.ACQUIRED if elsewhere else Outcome.ACCEPTED)
-    return replace(belief, track=joined, rivals=_outnumbered(belief.rivals), judged=judged)
-
-
-def _by_rivals(
-    belief: Belief, detection: Detection, judged: Judgement, prior: GoalPrior | None, tracks: TrackFilter
-) -> Belief:
-    """With a detection that does not fit the track; its rival takes over if that is due."""
-    rivals, rival = _joined(belief.rivals, detection, tracks, barred=judged.reason != "")
-    why = judged.reason or _not_yet(rival, belief.track, judged.nis, prior, tracks)
-    if why:
-        return replace(belief, rivals=(*rivals, rival), judged=replace(judged, reason=why))
-    judged = replace(judged, outcome=Outcome.ACQUIRED)
-    return replace(belief, track=tracks.taken_over(rival, belief.track), rivals=rivals, judged=judged)
+    return Belief(time=stamp, track=track, rivals=rivals, judged=judged)
 
 
 def _joined(
@@ -169,12 +162,6 @@ def _outnumbered(rivals: Sequence[Track], *, barred: bool = False) -> tuple[Trac
     return tuple(each for each in counted if each.others <= each.count)
 
 
-def _share_of_far(pose: Pose2, known: Pose2) -> float:
-    """How far a pose is from a known one, 1 at most."""
-    off, (position, heading) = pose.relative_to(known), _FAR
-    return min(max(hypot(off.x, off.y) / position, abs(off.phi) / heading), 1.0)
-
-
 def _not_yet(
     rival: Track, track: Track | None, nis: float | None, prior: GoalPrior | None, tracks: TrackFilter
 ) -> str:
@@ -190,7 +177,9 @@ def _not_yet(
     worth = max(min(track.lasted, BURST), doubted)
     if rival.first - track.seen_at > BURST:
         worth = 0.0  # it was lost before
-    needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * _share_of_far(rival.pose, track.pose)
+    off = rival.pose.relative_to(track.pose)
+    share = min(max(hypot(off.x, off.y) / _FAR[0], abs(off.phi) / _FAR[1]), 1.0)
+    needed = SHORTEST_BURST + max(worth - SHORTEST_BURST, 0.0) * share
     # Of two that are seen in turn neither has clearly more detections since its first one.
     if rival.lasted >= needed and rival.count > rival.others + 1:
         return ""

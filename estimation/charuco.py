@@ -131,9 +131,16 @@ class CharucoGoalDetector:
             return canvas
         for corner in detection.corners:
             cv2.circle(canvas, tuple(np.rint(corner).astype(int).tolist()), 5, GREEN, 2, cv2.LINE_AA)
-        self._draw_axes(canvas, detection.measurement)
-        m = detection.measurement
-        away = float(np.linalg.norm(self.camera.seen(self._on_board(m, np.zeros((1, 3))))))
+        # The board's middle, and two squares from there: right, down and along its normal.
+        m, axes = detection.measurement, 2.0 * self.board.square * self.board.axes.T * [[1.0], [1.0], [-1.0]]
+        in_goal = self.board.middle + np.vstack([np.zeros(3), axes])
+        points = in_goal @ turn(m.phi).T + np.array([m.x, m.y, 0.0])
+        seen = self.camera.seen(points)
+        if seen[:, 2].min() > 0.0:
+            middle, *tips = np.rint(self.camera.project(points)).astype(int).tolist()
+            for tip, colour in zip(tips, (RED, GREEN, BLUE), strict=True):
+                cv2.line(canvas, tuple(middle), tuple(tip), colour, 3, cv2.LINE_AA)
+        away = float(np.linalg.norm(seen[0]))
         std, error = np.sqrt(np.diag(np.asarray(m.covariance))), detection.reprojection_error
         lines = [
             f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
@@ -172,15 +179,13 @@ class CharucoGoalDetector:
         # (n, 1, 2) before OpenCV 5
         return np.asarray(corners, dtype=np.float64).reshape(-1, 2), np.asarray(ids, dtype=np.int32).ravel()
 
-    def _spread(self, ids: Ids) -> bool:
-        if len(ids) < FEWEST_CORNERS:
-            return False
-        flat = self._flat[ids]
-        return bool(np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[1] > 0.5 * self.board.square)
-
     def _posed(self, corners: Array, ids: Ids, *, again: bool = True) -> tuple[BoardPose, Array, Ids] | None:
         """The goal's pose and the corners that it is made of, which are not those misread; or None."""
-        pose = self._fit(corners, ids) if self._spread(ids) else None
+        flat = self._flat[ids]
+        if len(ids) < FEWEST_CORNERS:
+            return None
+        spread = np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[1]
+        pose = self._fit(corners, ids) if spread > 0.5 * self.board.square else None
         if pose is None:
             return None
         errors = np.hypot(*pose.residuals.T)
@@ -210,23 +215,6 @@ class CharucoGoalDetector:
         phi = atan2(normal[1], normal[0]) - board.yaw
         at = camera.rotation @ middle + camera.position - turn(phi) @ board.middle
         return np.array([at[0], at[1], phi])
-
-    def _draw_axes(self, canvas: Image, measurement: GoalMeasurement) -> None:
-        """Right, down and normal of the board from its middle, two squares long, by the measured pose."""
-        length = 2.0 * self.board.square
-        axes = length * self.board.axes.T * [[1.0], [1.0], [-1.0]]
-        points = self._on_board(measurement, np.vstack([np.zeros(3), axes]))
-        if self.camera.seen(points)[:, 2].min() <= 0.0:
-            return
-        middle, *tips = np.rint(self.camera.project(points)).astype(int).tolist()
-        for tip, colour in zip(tips, (RED, GREEN, BLUE), strict=True):
-            self._cv2.line(canvas, tuple(middle), tuple(tip), colour, 3, self._cv2.LINE_AA)
-
-    def _on_board(self, measurement: GoalMeasurement, off: Array) -> Array:
-        """(n, 3) points of the vehicle frame that are `off` (n, 3) from the board's middle, goal axes [m]."""
-        in_goal = self.board.middle + off
-        placed: Array = in_goal @ turn(measurement.phi).T + np.array([measurement.x, measurement.y, 0.0])
-        return placed
 
     def _write(self, canvas: Image, lines: list[str]) -> None:
         for row, line in enumerate(lines):

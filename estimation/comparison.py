@@ -15,9 +15,13 @@ from estimation.odometry import (
     ASIDE,
     AT,
     DELTA,
+    DRIVEN,
+    LEAPS,
     PHI,
     POSE_ROUGHNESS,
     POSE_SPEED,
+    REPORTED,
+    SPEED,
     SPEED_ROUGHNESS,
     STEERED,
     STEERING,
@@ -25,9 +29,9 @@ from estimation.odometry import (
     VV,
     Geometry,
     confirmed_speed,
-    distances_since,
     index_before,
     leap,
+    ways,
 )
 from estimation.vehicle_filter import Noise
 from geometry.compiled import Array2, Out2, inner, kernel
@@ -131,17 +135,29 @@ def gaps_if_late(track: Array2, noise: Noise, late: float) -> Out2:
 
 @inner
 def _gaps(track: Array2, windows: tuple[float, ...], noise: Noise, late: float) -> Out2:
-    """Rows (windows, 5) of a `Gap` each. The noise of pose and speed is what the track shows, at least."""
-    gaps = np.empty((len(windows), 5))
-    along = max(noise.along, sqrt(track[-1, POSE_ROUGHNESS]))
-    speed = max(noise.speed, sqrt(track[-1, SPEED_ROUGHNESS]))
-    for k in range(len(windows)):
-        since, moved, reported, driven, leaps, between = distances_since(track, windows[k], late)
-        length = track[-1, AT] - since
-        cycle = length / max(len(track) - 1, 1)
-        random = sqrt(2.0) * along + sqrt(length * cycle) * speed
-        most = max(_FLOOR, between) + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random + leaps
-        gaps[k, 0], gaps[k, 1], gaps[k, 2], gaps[k, 3], gaps[k, 4] = since, moved, reported, driven, most
+    """Rows (windows, 5) of a `Gap` each. The noise of pose and speed is what the track shows, at least.
+
+    Speed and commands are so much earlier than the pose as that is `late` [s], and the readings must reach
+    back so far. A speed may be off by its leaps, and by when it changes from one reading to the next.
+    """
+    gaps, now, last = np.empty((len(windows), 5)), track[-1], len(track) - 1
+    along = max(noise.along, sqrt(now[POSE_ROUGHNESS]))
+    speed = max(noise.speed, sqrt(now[SPEED_ROUGHNESS]))
+    for i in range(len(windows)):
+        k = index_before(track, windows[i])
+        while track[k, AT] < track[0, AT] + late - 1e-9 and k < last:
+            k += 1
+        then = track[k]
+        moved, length = now[ALONG] - then[ALONG], now[AT] - then[AT]
+        reported, driven = now[REPORTED] - then[REPORTED], now[DRIVEN] - then[DRIVEN]
+        if late > 0.0:
+            ends, starts = ways(track, now[AT] - late), ways(track, then[AT] - late)
+            reported, driven = ends[0] - starts[0], ends[1] - starts[1]
+        between = 0.5 * (length / max(last - k, 1)) * abs(now[SPEED] - then[SPEED])
+        random = sqrt(2.0) * along + sqrt(length * (length / max(last, 1))) * speed
+        most = max(_FLOOR, between) + _SHARE * max(abs(moved), abs(reported)) + SIGMAS * random
+        most += now[LEAPS] - then[LEAPS]
+        gaps[i, 0], gaps[i, 1], gaps[i, 2], gaps[i, 3], gaps[i, 4] = then[AT], moved, reported, driven, most
     return gaps
 
 

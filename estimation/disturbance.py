@@ -156,9 +156,7 @@ def updated(
     if estimate.at is None or last is None or not 0.0 <= now - estimate.at <= _GAP:
         return _seated(estimate, motion, now, config)
     seconds = now - estimate.at
-    if seconds == 0.0:
-        return estimate
-    if motion == last and abs(motion.v) > REST:
+    if seconds == 0.0 or (motion == last and abs(motion.v) > REST):
         return estimate  # told once more: the next one tells of the time since then
     change = motion.v - last.v
     off = abs(change - seconds * (acceleration * estimate.gain + estimate.acceleration))

@@ -126,23 +126,21 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     covariance = _covariance(m, config)
     if isinstance(covariance, str):
         return covariance
-    reported = (m.frame, m.x, m.y, m.phi)
-    if m.frame is Frame.WORLD:
-        value = np.array([m.x, m.y, m.phi])
-        return Detection(stamp=m.stamp, value=value, covariance=covariance, reported=reported)
-    if v is None:
-        return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
-    goal = v.compose(Pose2(m.x, m.y, m.phi))
-    c, s = cos(v.phi), sin(v.phi)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    lever = np.eye(3)
-    lever[:2, 2] = v.y - goal.y, goal.x - v.x
-    vehicle = np.square([config.vehicle_position_std] * 2 + [config.vehicle_heading_std])
-    covariance = turn @ covariance @ turn.T + (lever * vehicle) @ lever.T
-    covariance = 0.5 * (covariance + covariance.T)
-    if not _definite(covariance):
-        return "its covariance is not positive definite once turned into the world"
-    value = np.array([goal.x, goal.y, goal.phi])
+    value, reported = np.array([m.x, m.y, m.phi]), (m.frame, m.x, m.y, m.phi)
+    if m.frame is Frame.VEHICLE:
+        if v is None:
+            return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
+        goal = v.compose(Pose2(m.x, m.y, m.phi))
+        c, s = cos(v.phi), sin(v.phi)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        lever = np.eye(3)
+        lever[:2, 2] = v.y - goal.y, goal.x - v.x
+        vehicle = np.square([config.vehicle_position_std] * 2 + [config.vehicle_heading_std])
+        covariance = turn @ covariance @ turn.T + (lever * vehicle) @ lever.T
+        covariance = 0.5 * (covariance + covariance.T)
+        if not _definite(covariance):
+            return "its covariance is not positive definite once turned into the world"
+        value = np.array([goal.x, goal.y, goal.phi])
     return Detection(stamp=m.stamp, value=value, covariance=covariance, reported=reported)
 
 

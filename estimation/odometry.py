@@ -204,7 +204,7 @@ def now_and_before(track: Array, seconds: float) -> tuple[list[float], list[floa
 
 
 @inner
-def _ways(track: Array2, at: float) -> tuple[float, float]:
+def ways(track: Array2, at: float) -> tuple[float, float]:
     """Distances [m] by speed (W2) and commands (W3) at a time [s], at the ends of the nearest reading."""
     later = len(track) - 1
     for k in range(len(track) - 1, -1, -1):
@@ -220,31 +220,8 @@ def _ways(track: Array2, at: float) -> tuple[float, float]:
 
 @kernel
 def distances_at(track: Array2, at: float) -> tuple[float, float]:
-    """See `_ways`."""
-    return _ways(track, at)
-
-
-@inner
-def distances_since(
-    track: Array2, seconds: float, late: float
-) -> tuple[float, float, float, float, float, float]:
-    """Time [s] of the reading `seconds` ago, and distances [m] since then by pose, speed and commands, what
-    the speed may be off by its leaps, and by when it changes from one reading to the next.
-
-    Speed and commands are so much earlier than the pose as that is `late` [s]. The readings since then must
-    reach back so far.
-    """
-    k, known = index_before(track, seconds), track[0, AT] + late - 1e-9
-    while track[k, AT] < known and k < len(track) - 1:
-        k += 1
-    now, then = track[-1], track[k]
-    reported, driven = now[REPORTED] - then[REPORTED], now[DRIVEN] - then[DRIVEN]
-    if late > 0.0:
-        ends, starts = _ways(track, now[AT] - late), _ways(track, then[AT] - late)
-        reported, driven = ends[0] - starts[0], ends[1] - starts[1]
-    cycle = (now[AT] - then[AT]) / max(len(track) - 1 - k, 1)
-    between = 0.5 * cycle * abs(now[SPEED] - then[SPEED])
-    return then[AT], now[ALONG] - then[ALONG], reported, driven, now[LEAPS] - then[LEAPS], between
+    """See `ways`."""
+    return ways(track, at)
 
 
 @inner

@@ -8,7 +8,7 @@ sensor agree that the steering stays aside of all that was commanded lately, the
 
 from __future__ import annotations
 
-from math import atan, cos, exp, inf, sin, sqrt, tan
+from math import atan, cos, exp, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
@@ -61,10 +61,10 @@ class LeftOut(NamedTuple):
 
     def judged(self, problem: str, distance: float) -> LeftOut:
         """After one more comparison, `distance` [m] further on."""
-        if not (problem or self.problem):
-            return self
         if problem:
             return LeftOut(problem, 0.0, self.times + (not self.problem))
+        if not self.problem:
+            return self
         agreed = self.agreed + distance
         proven = agreed >= _PROOF * 2.0 ** max(self.times - 1, 0)
         return LeftOut("" if proven else self.problem, agreed, self.times)
@@ -213,14 +213,12 @@ def _blames_speed(track: Array, gap: Gap) -> bool:
 
 def _delay(track: Array, noise: Noise) -> float | None:
     """The delay of the pose [s] that makes it agree with the speed, or None."""
-    best, found = inf, None
+    found = {}
     for k in range(round(_LATEST / _LATE_STEP) + 1):
-        late = k * _LATE_STEP
-        gaps = [Gap(*gap) for gap in gaps_if_late(track, noise, late).tolist()]
-        off = sum(abs(gap.moved - gap.reported) for gap in gaps)
-        if all(gap.agree for gap in gaps) and off < best and gaps[-1].since <= track[-1, AT] - SHORT:
-            best, found = off, late
-    return found
+        gaps = [Gap(*gap) for gap in gaps_if_late(track, noise, k * _LATE_STEP).tolist()]
+        if all(gap.agree for gap in gaps) and gaps[-1].since <= track[-1, AT] - SHORT:
+            found[k * _LATE_STEP] = sum(abs(gap.moved - gap.reported) for gap in gaps)
+    return min(found, key=lambda late: found[late], default=None)
 
 
 def _unfollowed(track: Array) -> str:

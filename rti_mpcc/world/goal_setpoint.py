@@ -52,20 +52,16 @@ def prior(goal: GoalState, end: Pose2 | None) -> GoalPrior | None:
 
 
 def rate_limited_goal(
-    known: GoalState,
-    estimate: GoalEstimate,
-    end: Pose2 | None,
-    now: float,
-    config: ControllerConfig,
-    fit: GoalFit | None = None,
+    s: World, estimate: GoalEstimate, fit: GoalFit | None, end: Pose2 | None, cycle: float
 ) -> GoalState:
     """With the setpoint moved towards the last estimate that passed its check, `fit`; before the first one it
-    is the planned goal, or the path's `end`."""
+    is the planned goal, or the path's `end`. `cycle`: [s]."""
+    known, now = s.goal, s.clock.now
     last, pose, detected = known.estimated_at, known.planned, known.detected
     if estimate.pose is None or not (fit and fit.problem):
         detected = estimate.pose
     if detected is not None:
-        seconds = config.cycle if last is None else min(max(now - last, 0.0), _LONGEST_STEP)
+        seconds = cycle if last is None else min(max(now - last, 0.0), _LONGEST_STEP)
         before = known.pose or end or detected
         pose = _towards(before, detected, _SPEED * seconds, _TURN_RATE * seconds)
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, detected=detected, pose=pose)
@@ -83,14 +79,14 @@ def goal_remarks(goal: GoalState) -> tuple[str, ...]:
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
         found.append(f"goal detected at {where} rejected: {fit.problem}{STAYS}")
-    if goal.estimate is not None and goal.estimate.moves:
-        found.append(_motion(goal.estimate))
+    if goal.estimate is not None and goal.estimate.moves and goal.estimate.velocity is not None:
+        x, y, turn = goal.estimate.velocity.tolist()
+        turning = f", turning by {degrees(turn):.1f} deg/s" if abs(turn) > _TURNING else ""
+        found.append(f"the dock moves at {hypot(x, y):.2f} m/s{turning}")
     if goal.undetected:
         found.append(f"goal not detected, the last detection: {goal.undetected}")
-    if goal.rejected:
-        return tuple(found)
     made_for = goal.fit if goal.detected is None else fit
-    if made_for is not None and made_for.remark:
+    if made_for is not None and made_for.remark and not goal.rejected:
         found.append(made_for.remark)
     return tuple(found)
 
@@ -123,10 +119,9 @@ def doubt(s: World, arrives_at: float | None, config: ControllerConfig) -> str:
 
 def remark(goal: GoalState) -> str:
     """The remark on a goal that is driven to without being seen, or ""."""
-    estimate = goal.estimate
-    if estimate is None or estimate.status is not GoalStatus.LOST:
+    if goal.estimate is None or goal.estimate.status is not GoalStatus.LOST:
         return ""
-    return f"goal not seen for {estimate.age:.1f} s; continuing to its last estimate"
+    return f"goal not seen for {goal.estimate.age:.1f} s; continuing to its last estimate"
 
 
 def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
@@ -178,21 +173,11 @@ def waits_for_dock(goal: GoalState, config: ControllerConfig) -> bool:
     return goal.estimate is not None and goal.estimate.moves and not config.goal_tracking.filter.moving
 
 
-def _motion(estimate: GoalEstimate) -> str:
-    assert estimate.velocity is not None
-    x, y, turn = estimate.velocity.tolist()
-    speed = hypot(x, y)
-    turning = f", turning by {degrees(turn):.1f} deg/s" if abs(turn) > _TURNING else ""
-    return f"the dock moves at {speed:.2f} m/s{turning}"
-
-
 def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pose2:
     """From one pose towards another by at most `distance` [m] and `angle` [rad]."""
     x, y = wanted.x - before.x, wanted.y - before.y
     far = hypot(x, y)
     share = 1.0 if far <= distance else distance / far
     turn = max(min(wrap(wanted.phi - before.phi), angle), -angle)
-    phi = before.phi + turn
-    if abs(turn) < angle:
-        phi = lift(wanted.phi, before.phi)
+    phi = lift(wanted.phi, before.phi) if abs(turn) < angle else before.phi + turn
     return Pose2(before.x + share * x, before.y + share * y, phi)

@@ -68,32 +68,26 @@ def checked_goal(
 
 
 def checked_again(
-    last: GoalFit | None,
-    goal: Pose2,
-    path: ReferencePath,
-    surroundings: Surroundings,
-    config: ControllerConfig,
+    last: GoalFit | None, goal: Pose2, path: ReferencePath, area: Surroundings, config: ControllerConfig
 ) -> GoalFit:
     """The check of a cycle, unless the `last` one still holds.
 
     A new obstacle on a goal that stays does not count: the vehicle waits in front of it. A goal rejected
     because of an obstacle is free again once the obstacle has gone.
     """
-    if last is not None and (last.changes == surroundings.changes or last.clearance >= 0.0):
+    if last is not None and (last.changes == area.changes or last.clearance >= 0.0):
         least, most = UNMOVED
         if _moved(last.pose, goal, config.vehicle) <= min(max(abs(last.clearance), least), most):
             return last
-    corridor, margin = surroundings.corridor, config.clearance.wanted
-    fit = checked_goal(goal, path, corridor, config.vehicle, margin=margin)
-    return replace(fit, changes=surroundings.changes)
+    fit = checked_goal(goal, path, area.corridor, config.vehicle, margin=config.clearance.wanted)
+    return replace(fit, changes=area.changes)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
     """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
     clearance = _clearance(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
-    remark = _tight(clearance, config.clearance.wanted)
-    if clearance < 0.0:
-        remark = f"the body at the path's end {_crossing(clearance)}"
+    crossed = f"the body at the path's end {_crossing(clearance)}"
+    remark = crossed if clearance < 0.0 else _tight(clearance, config.clearance.wanted)
     return GoalFit(pose=path.end, remark=remark, clearance=clearance, changes=surroundings.changes)
 
 

@@ -93,9 +93,7 @@ class StateMonitor:
             return self.measured
         if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= config.plausibility.blind:
             return self.measured
-        usable_measurement = self.measured.copy()
-        usable_measurement[V] = np.nan
-        return usable_measurement
+        return np.where(np.arange(STATES) == V, np.nan, self.measured)
 
 
 def validate_measurement(
@@ -143,12 +141,10 @@ def validate_measurement(
         agrees = agrees and last.tries < TRIES and abs(float(dead_reckoned[V])) <= REST_SPEED
     if sensors.pose:
         agrees = agrees and sensors.consistent and not sensors.elsewhere
+    state, noise = measured, last.noise.broken()
     if problem and not fault:
         state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
-        noise = last.noise.broken()
-    elif problem or last.doubt or same or not config.vehicle_filter.enabled:
-        state, noise = measured, last.noise.broken()
-    else:
+    elif config.vehicle_filter.enabled and not (problem or last.doubt or same):
         since = Elapsed(float(seconds), float(gained), config.max_curvature)
         state, noise = filtered(last.noise, measured, follows, expected, since)
     leapt = abs(float(measured[V] - expected[V])) > RESET_LEAP
@@ -274,10 +270,9 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
 
 def _dead_reckoned(measured: Array, expected: Array, alike: bool, config: ControllerConfig) -> Array:
     """The state (6,) to go by after a doubted measurement: of it only what can be true."""
-    believed = expected.copy()
-    for quantity, most in ((V, config.plausibility.speed), (DELTA, config.plausibility.steering)):
-        if abs(measured[quantity] - expected[quantity]) <= most:
-            believed[quantity] = measured[quantity]
-    if alike:
-        believed[V] = measured[V]  # never what is reckoned alone
+    believed, off = expected.copy(), np.abs(measured - expected)
+    if alike or off[V] <= config.plausibility.speed:  # alike: never what is reckoned alone
+        believed[V] = measured[V]
+    if off[DELTA] <= config.plausibility.steering:
+        believed[DELTA] = measured[DELTA]
     return believed

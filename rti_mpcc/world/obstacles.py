@@ -244,27 +244,26 @@ def observed(
     same = [
         k < len(known)
         and now < known[k].due
-        and not _states_motion(each)
+        and not (isinstance(each, Obstacle) and each.velocity is not None)
         and np.array_equal(known[k].outline, each)
         for k, each in enumerate(outlines)
     ]
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
-    left = np.array([not (k < len(same) and same[k]) for k in range(len(known))], dtype=bool)
+    left = np.ones(len(known), dtype=bool)
+    left[: len(same)] = np.logical_not(same[: len(known)])
     farthest = FASTEST * min(now - last, FORGOTTEN) + JUMP
     middles = np.array([each.middle for each in known]).reshape(-1, 2)
-    found = []
     for k, obstacle in enumerate(given):
         if same[k]:
-            found.append(obstacle.given_again(now))
+            given[k] = obstacle.given_again(now)
             continue
         place = _match(obstacle, known, middles, np.flatnonzero(left), farthest)
         if place is not None:
             left[place] = False
-            obstacle = known[place].seen_as(obstacle, now, last)
-        found.append(obstacle)
-    return tuple(found)
+            given[k] = known[place].seen_as(obstacle, now, last)
+    return tuple(given)
 
 
 def _noise(readings: Sequence[tuple[float, float, float]], now: float) -> float:
@@ -280,10 +279,6 @@ def _noise(readings: Sequence[tuple[float, float, float]], now: float) -> float:
 def _place_at(readings: Sequence[tuple[float, float, float]], time: float) -> int:
     """The place where it was at a time [s], or the first one that is known."""
     return max(bisect_right(readings, time + _ROUNDED, key=itemgetter(0)) - 1, 0)
-
-
-def _states_motion(given: ArrayLike) -> bool:
-    return isinstance(given, Obstacle) and given.velocity is not None
 
 
 def obstacles_changed(
@@ -303,13 +298,13 @@ def obstacles_changed(
 
 
 def _match(
-    obstacle: TrackedObstacle, known: Sequence[TrackedObstacle], middles: Array, left: Index, farthest: float
+    new: TrackedObstacle, known: Sequence[TrackedObstacle], middles: Array, left: Index, farthest: float
 ) -> int | None:
     """The known obstacle among those `left`, by their middles (k, 2), that this one can be: the nearest; of
     several at the same place the most similar one."""
-    apart = np.hypot(*(middles[left] - obstacle.middle).T)
+    apart = np.hypot(*(middles[left] - new.middle).T)
     least = apart.min(initial=inf)
     if least > farthest:
         return None
     nearest = left[apart <= least + ROUNDING].tolist()
-    return int(min(nearest, key=lambda k: _apart(known[k].checked, obstacle.checked)))
+    return int(min(nearest, key=lambda k: _apart(known[k].checked, new.checked)))

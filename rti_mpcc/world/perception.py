@@ -96,11 +96,33 @@ class Perception:
             records=records,
             motion=moved,
         )
-        known_goal, another = goal_in(given.goal, s.goal, path, area, clock.now, config)
-        if another is not None:
-            known_goal = self.with_goal(known_goal, another)
-        s = replace(s, clock=clock, area=area, vehicle=estimate, goal=known_goal)
+        s = replace(s, clock=clock, area=area, vehicle=estimate)
+        s = replace(s, goal=self._goal_in(given.goal, s, path))
         return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, moved, known))
+
+    def _goal_in(self, given: Pose2 | None, s: World, path: ReferencePath) -> GoalState:
+        """What is known of the goal. An accepted goal stays, even if an obstacle comes there; a rejected one
+        has to be given again. One that was averaged, and after which no other came, is taken as it is."""
+        known, config, now = s.goal, self._config, s.clock.now
+        taken, came, refusal, its_fit = None, known.given, known.refusal, known.given_fit
+        averaged = known.averaged_at
+        if given is None and averaged is not None and now - averaged >= goal_setpoint.NOISE_TIME:
+            given = known.given
+        if given is not None:
+            came, refusal = usable_goal(given)
+            goal = came and goal_setpoint.steadied(came, known.given, known.planned, config.cycle)
+            averaged = None if goal == came else now
+            if goal is not None and goal != known.planned:
+                its_fit = goals.checked_again(its_fit, goal, path, s.area, config)
+                if its_fit.problem:
+                    refusal = f"goal {_text(goal)} rejected: {its_fit.problem}"
+                else:
+                    taken = goal
+        fit = known.fit if taken is None else its_fit
+        if fit is None and s.area.corridor.area is None:
+            fit = goals.end_checked(path, s.area, config)
+        known = replace(known, given=came, averaged_at=averaged, given_fit=its_fit, fit=fit, refusal=refusal)
+        return known if taken is None else self.with_goal(known, taken)
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:
         """With another planned goal; detections of the same dock are kept, those of another start anew."""
@@ -129,10 +151,8 @@ class Perception:
         measurements, unfit = measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
-            if unfit or s.goal.undetected:
-                refused = goal_setpoint.undetected(s.goal, (), unfit)
-                s = replace(s, goal=replace(s.goal, undetected=refused))
-            return s, (), unfit
+            refused = goal_setpoint.undetected(s.goal, (), unfit)
+            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
         end = None if s.area.corridor.area is not None else path.end
         self._filter.expect(goal_setpoint.prior(s.goal, end))
         self._filter.predict(s.clock.now)
@@ -147,7 +167,7 @@ class Perception:
         fit = None
         if estimate.pose is not None:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, path, s.area, self._config)
-        goal = goal_setpoint.rate_limited_goal(s.goal, estimate, end, s.clock.now, self._config, fit)
+        goal = goal_setpoint.rate_limited_goal(s, estimate, fit, end, self._config.cycle)
         goal = replace(goal, undetected=goal_setpoint.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 
@@ -169,41 +189,6 @@ def _heading_hint(s: World, monitor: StateMonitor, part: PathPart) -> str:
 
 STOOD_CYCLES = 3  # after which a clock that has not moved stands still
 LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
-
-
-def goal_in(
-    given: Pose2 | None,
-    known: GoalState,
-    path: ReferencePath,
-    surroundings: Surroundings,
-    now: float,
-    config: ControllerConfig,
-) -> tuple[GoalState, Pose2 | None]:
-    """What is known of the goal, and the goal if there is another one now. An accepted goal stays, even if
-    an obstacle comes there; a rejected one has to be given again. One that was averaged, and after which no
-    other came, is taken as it is."""
-    taken, came, refusal, given_fit = None, known.given, known.refusal, known.given_fit
-    averaged_at = known.averaged_at
-    if given is None and averaged_at is not None and now - averaged_at >= goal_setpoint.NOISE_TIME:
-        given = known.given
-    if given is not None:
-        came, refusal = usable_goal(given)
-        goal = came and goal_setpoint.steadied(came, known.given, known.planned, config.cycle)
-        averaged_at = None if goal == came else now
-        if goal is not None and goal != known.planned:
-            given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
-            if given_fit.problem:
-                refusal = f"goal {_text(goal)} rejected: {given_fit.problem}"
-            else:
-                taken = goal
-    fit = known.fit if taken is None else given_fit
-    if fit is None and surroundings.corridor.area is None:
-        fit = goals.end_checked(path, surroundings, config)
-    same = (came, averaged_at, refusal) == (known.given, known.averaged_at, known.refusal)
-    if same and fit is known.fit and given_fit is known.given_fit:
-        return known, taken
-    after = replace(known, given=came, averaged_at=averaged_at, given_fit=given_fit, fit=fit, refusal=refusal)
-    return after, taken
 
 
 def usable_goal(given: Pose2) -> tuple[Pose2 | None, str]:
@@ -262,10 +247,8 @@ def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array | Obstacle], s
 
 def _far_outline(outline: Array) -> str:
     """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
-    if outline.ndim == 0:
-        return ""
     odd = ~(np.abs(outline) <= FARTHEST)
-    if not odd.any():
+    if outline.ndim == 0 or not odd.any():
         return ""
     value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
     why = f"not near, at most {FARTHEST:g} m" if isfinite(value) else "not finite"

@@ -78,14 +78,13 @@ def compare_actuators(
         drive = drive.restarted()  # it was said to stand, and did not
     drive = noted(drive, accelerated, Measurement(now, speed + moved.unseen, heading))
     steering = noted(steering, steered, Measurement(now, delta, heading))
-    # One of them in a cycle: no cycle is to take the time of both.
-    if is_due(drive, now) and (drive.compared_at <= steering.compared_at or not is_due(steering, now)):
-        drive, found = compare_models(drive, now, present.drive, DRIVE)
-        present = present if found is None else present._replace(drive=Actuator(*found))
-    elif is_due(steering, now):
-        steering, found = compare_models(steering, now, present.steering, STEERING)
-        present = present if found is None else present._replace(steering=Actuator(*found))
-    return (drive, steering), present
+    records, answers = [drive, steering], list(present)
+    due = [k for k in (0, 1) if is_due(records[k], now)]
+    if due:  # one of them in a cycle: no cycle is to take the time of both
+        k = min(due, key=lambda each: records[each].compared_at)
+        records[k], found = compare_models(records[k], now, answers[k], (DRIVE, STEERING)[k])
+        answers[k] = answers[k] if found is None else Actuator(*found)
+    return (records[0], records[1]), Actuators(*answers)
 
 
 def correct_actuators(
@@ -93,7 +92,6 @@ def correct_actuators(
 ) -> tuple[W, StateMonitor, str]:
     """State and monitor with other actuators, and a remark: the commands under way, and those that the
     sensors were compared with, act as these answer."""
-    remark = "; ".join(_remarks(s.vehicle, records, found))
     present, disturbance, drive = s.vehicle.actuators, s.vehicle.disturbance, records[0]
     sent, offsets = s.sent, s.vehicle.offsets
     if found.drive != present.drive:
@@ -105,6 +103,7 @@ def correct_actuators(
     acted = [each.queued(found, config.cycle) for each in sent]
     # The motion of the last moments was told by other commands.
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
+    remark = "; ".join(_remarks(s.vehicle, records, found))
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
     track = monitor.sensors.track
     if track is not None:
@@ -181,8 +180,7 @@ def _acted(s: World, drive: ActuatorRecord, begin: float, end: float) -> float:
 def _moves_as_measured(monitor: StateMonitor) -> bool:
     """Whether only the place of a doubted measurement is doubted."""
     measured, state = monitor.measured, monitor.state
-    if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
-        return False
-    if monitor.sensors.pose:
+    odd = monitor.steering_fault or monitor.odd_since is not None or monitor.sensors.pose
+    if odd or measured is None or state is None:
         return False
     return monitor.dead_reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())
