@@ -55,7 +55,6 @@ class StateMonitor:
         dead_reckoned: (6,) dead-reckoned since `given` last changed.
         sensors: what is known of each sensor.
         doubt: what is wrong, or ""; since: from when on [s].
-        steering_fault: the steering is doubted, not the measurement.
         agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
         relocalised: the vehicle was just relocalised.
         odd_since: when measurements began to contradict one another [s], or None.
@@ -74,7 +73,6 @@ class StateMonitor:
     dead_reckoned: Array | None = None
     sensors: Sensors = field(default_factory=Sensors)
     doubt: str = ""
-    steering_fault: bool = False
     since: float = 0.0
     agrees_since: float | None = None
     relocalised: bool = False
@@ -85,6 +83,11 @@ class StateMonitor:
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
     commanded: float = 0.0
     acting: float = 0.0
+
+    @property
+    def steering_fault(self) -> bool:
+        """Whether the steering is doubted, not the measurement."""
+        return self.doubt == self.sensors.unsteered != ""
 
     def usable_measurement(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
@@ -157,7 +160,6 @@ def validate_measurement(
         dead_reckoned=dead_reckoned,
         sensors=sensors,
         doubt=problem,
-        steering_fault=fault,
         since=last.since if problem and last.doubt else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
@@ -182,7 +184,6 @@ def _tried_again(monitor: StateMonitor, *, limited: bool) -> StateMonitor:
         dead_reckoned=measured,
         sensors=monitor.sensors.trusted(monitor.at, read, measured),
         doubt="",
-        steering_fault=False,
         relocalised=True,
         tries=monitor.tries + limited,
     )
@@ -214,7 +215,6 @@ def _first(
         unfit=True,
         measured=measured,
         doubt=problem,
-        steering_fault=False,
         since=last.since if last.doubt else now,
         agrees_since=None,
         odd_since=now if last.odd_since is None else last.odd_since,

@@ -32,7 +32,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.standstill import AxisMotion
-from rti_mpcc.world.world import VehicleEstimate, W, World
+from rti_mpcc.world.world import W, World
 
 OFFSET_REPORTED = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
 Records = tuple[ActuatorRecord, ActuatorRecord]
@@ -103,28 +103,22 @@ def correct_actuators(
     acted = [each.queued(found, config.cycle) for each in sent]
     # The motion of the last moments was told by other commands.
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
-    remark = "; ".join(_remarks(s.vehicle, records, found))
-    s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
-    track = monitor.sensors.track
-    if track is not None:
-        track = with_commands(track, lambda begin, end: mean_rates(acted, begin, end))
-        monitor = replace(monitor, sensors=monitor.sensors._replace(track=track))
-    return s, monitor, remark
-
-
-def _remarks(before: VehicleEstimate, records: Records, found: Actuators) -> list[str]:
-    """What is told, and logged, of actuators that are corrected."""
     told = [
         f"the {name} answers its commands with a dead time of {now.dead_time:.2f} s and a lag of "
         f"{now.lag:.2f} s, not with {then.dead_time:.2f} s and {then.lag:.2f} s: corrected"
         for name, then, now, old, new in zip(
-            Actuators._fields, before.actuators, found, before.records, records, strict=True
+            Actuators._fields, present, found, s.vehicle.records, records, strict=True
         )
         if new.corrected != old.corrected
     ]
     for each in told:
         _log.info("%s", each)
-    return told
+    s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
+    track = monitor.sensors.track
+    if track is not None:
+        track = with_commands(track, lambda begin, end: mean_rates(acted, begin, end))
+        monitor = replace(monitor, sensors=monitor.sensors._replace(track=track))
+    return s, monitor, "; ".join(told)
 
 
 def learnt(
