@@ -13,7 +13,7 @@ from typing import Any
 from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.scenario import Scenario, changed
-from rti_mpcc.simulation.sections.tables import AreaSection, CorridorSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection
 
 
 def moved(scenario: Scenario, to: Pose2) -> Scenario:

@@ -30,7 +30,7 @@ from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.metrics import detections_of
 from rti_mpcc.simulation.result import Truth
-from rti_mpcc.simulation.sections.tables import CameraSection
+from rti_mpcc.simulation.sections.goal import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
 
 

@@ -27,8 +27,9 @@ from rti_mpcc.simulation.sections.base import (
     read_toml,
     refusal,
 )
+from rti_mpcc.simulation.sections.goal import too_many_markers
+from rti_mpcc.simulation.sections.ground import AreaSection
 from rti_mpcc.simulation.sections.mission import ApproachSection, ObjectSection
-from rti_mpcc.simulation.sections.tables import AreaSection, too_many_markers
 
 SPACING = 0.1  # of the bodies of a vehicle along the approach that are checked [m]
 ROUNDING = 1e-6  # bodies that overlap by no more touch [m]

@@ -21,7 +21,7 @@ from geometry import Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.camera import BoardCamera, Image
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.sections.tables import CameraSection, GoalSection, MeasurementSection, ShiftSection
+from rti_mpcc.simulation.sections.goal import CameraSection, GoalSection, MeasurementSection, ShiftSection
 from rti_mpcc.types import VehicleState
 
 RAW_HISTORY = 10.0  # a detection that is used as it is may arrive this late [s]

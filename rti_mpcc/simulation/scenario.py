@@ -26,17 +26,20 @@ from rti_mpcc.paper import with_method
 from rti_mpcc.route_planner.problem import BOX
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
-from rti_mpcc.simulation.sections import tables
 from rti_mpcc.simulation.sections.base import (
     KeyProblem,
     ListOf,
     Section,
+    Triple,
     VehicleTable,
     key_problem,
     parsed,
     read_toml,
     refusal,
 )
+from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
+from rti_mpcc.simulation.sections.goal import GoalSection
+from rti_mpcc.simulation.sections.ground import AreaSection, CorridorSection, MovingSection, PathSection
 from rti_mpcc.simulation.sections.mission import CONTACT, MissionSection
 from rti_mpcc.world.goals import checked_goal
 
@@ -51,6 +54,12 @@ _ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "accelerat
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
 
+class PoseSection(Section):
+    """The start, or the home after a step failed for good: x, y [m], heading [rad]."""
+
+    pose: Triple
+
+
 class Scenario(Section):
     """A whole scenario file. Units are SI and radians; arc lengths count along the whole route.
 
@@ -59,19 +68,19 @@ class Scenario(Section):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     description: str = ""
-    path: tables.PathSection | None = None
-    corridor: tables.CorridorSection | None = None
-    start: tables.PoseSection | None = None
-    area: tables.AreaSection | None = None
-    goal: tables.GoalSection = tables.GoalSection()
+    path: PathSection | None = None
+    corridor: CorridorSection | None = None
+    start: PoseSection | None = None
+    area: AreaSection | None = None
+    goal: GoalSection = GoalSection()
     vehicle: VehicleTable = Vehicle()
     limits: Limits = Limits()
-    controller: tables.ControllerSection = tables.ControllerSection()
-    simulation: tables.SimulationSection = tables.SimulationSection()
-    moving: ListOf[tables.MovingSection] = ()
+    controller: ControllerSection = ControllerSection()
+    simulation: SimulationSection = SimulationSection()
+    moving: ListOf[MovingSection] = ()
     faults: ListOf[FaultSection] = ()
     mission: ListOf[MissionSection] = ()
-    home: tables.PoseSection | None = None
+    home: PoseSection | None = None
 
     @property
     def in_area(self) -> bool:
@@ -202,12 +211,12 @@ class Scenario(Section):
             if step.then == "home" and self.home is None:
                 yield KeyProblem(f"{key}.then", "home", "needs [home]")
 
-    def _problems_along(self, path: ReferencePath, section: tables.CorridorSection) -> Iterator[KeyProblem]:
+    def _problems_along(self, path: ReferencePath, section: CorridorSection) -> Iterator[KeyProblem]:
         """Of corridor, then goals: a problem hides those that follow from it."""
         try:
             corridor = section.build(path)
         except InputError as error:
-            yield key_problem(error, "corridor", table=tables.CorridorSection)
+            yield key_problem(error, "corridor", table=CorridorSection)
             return
         (narrowest, theta), width = corridor.narrowest(), self.vehicle.least_width
         # The narrowest place is sampled: only what is clearly below the width is refused.
@@ -281,9 +290,9 @@ def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     """
     data = scenario.model_dump(by_alias=True, exclude_unset=True)
     for key, value in changes.items():
-        *outer, last = key.split(".")
+        *tables, last = key.split(".")
         table = data
-        for name in outer:
+        for name in tables:
             table = table.setdefault(name, {})
         if value is None:
             table.pop(last, None)

@@ -15,7 +15,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.mission.state import StepRecord
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.faults import FaultSection
-from rti_mpcc.simulation.sections.tables import MovingSection
+from rti_mpcc.simulation.sections.ground import MovingSection
 from rti_mpcc.types import Array, Obstacle
 
 THICKNESS = 0.5  # of an obstacle that blocks the route, along it [m]

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import Scenario
-from rti_mpcc.simulation.sections.tables import CorridorSection
+from rti_mpcc.simulation.sections.ground import CorridorSection
 
 REPORT = CourseRange()
 HALF = 2.069 / 2

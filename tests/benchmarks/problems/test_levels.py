@@ -13,7 +13,7 @@ from benchmarks.problems.levels import Level, at_level
 from benchmarks.problems.scenes import SLOT_CLEARANCE, drawn_scene, scenario_of
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.simulation import Scenario, changed
-from rti_mpcc.simulation.sections.tables import MeasurementSection
+from rti_mpcc.simulation.sections.goal import MeasurementSection
 from tests.rti_mpcc.docking_runs import straight
 
 

@@ -10,7 +10,7 @@ import pytest
 from estimation import Frame
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, Scenario, SimulatedDetector, scenario_from_dict, simulate
-from rti_mpcc.simulation.sections.tables import MeasurementSection
+from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.types import Array
 from tests.rti_mpcc.simulation.conftest import Scripted, forward, still
 

@@ -13,7 +13,7 @@ from rti_mpcc.simulation import GoalSource, scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.goal_feed import CameraDetector
 from rti_mpcc.simulation.metrics import detections_of
-from rti_mpcc.simulation.sections.tables import CameraSection, MeasurementSection, WrongSection
+from rti_mpcc.simulation.sections.goal import CameraSection, MeasurementSection, WrongSection
 from tests.lists import some_of
 from tests.rti_mpcc.simulation.conftest import camera_tables
 
