@@ -144,10 +144,12 @@ def validate_measurement(
         agrees = agrees and last.tries < TRIES and abs(float(dead_reckoned[V])) <= REST_SPEED
     if sensors.pose:
         agrees = agrees and sensors.consistent and not sensors.elsewhere
-    state, noise = measured, last.noise.broken()
     if problem and not fault:
         state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
-    elif config.vehicle_filter.enabled and not (problem or last.doubt or same):
+        noise = last.noise.broken()
+    elif problem or last.doubt or same or not config.vehicle_filter.enabled:
+        state, noise = measured, last.noise.broken()
+    else:
         since = Elapsed(float(seconds), float(gained), config.max_curvature)
         state, noise = filtered(last.noise, measured, follows, expected, since)
     leapt = abs(float(measured[V] - expected[V])) > RESET_LEAP

@@ -151,8 +151,10 @@ class Perception:
         measurements, unfit = measurements_in(given)
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
-            refused = goal_setpoint.undetected(s.goal, (), unfit)
-            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
+            if unfit or s.goal.undetected:
+                refused = goal_setpoint.undetected(s.goal, (), unfit)
+                s = replace(s, goal=replace(s.goal, undetected=refused))
+            return s, (), unfit
         end = None if s.area.corridor.area is not None else path.end
         self._filter.expect(goal_setpoint.prior(s.goal, end))
         self._filter.predict(s.clock.now)

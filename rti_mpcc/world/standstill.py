@@ -224,8 +224,9 @@ def update_standing(since: float | None, speeds: tuple[float, ...], now: float, 
     `since`: of the last cycle; `speeds`: now, when a command of now starts to act, and by the poses [m/s].
     """
     most = least if since is None else MOVING_FACTOR * least
-    if any(abs(speed) > most for speed in speeds):
-        return None
+    for speed in speeds:
+        if abs(speed) > most:
+            return None
     return now if since is None else since
 
 

@@ -32,7 +32,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.standstill import AxisMotion
-from rti_mpcc.world.world import W, World
+from rti_mpcc.world.world import VehicleEstimate, W, World
 
 OFFSET_REPORTED = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
 Records = tuple[ActuatorRecord, ActuatorRecord]
@@ -78,13 +78,14 @@ def compare_actuators(
         drive = drive.restarted()  # it was said to stand, and did not
     drive = noted(drive, accelerated, Measurement(now, speed + moved.unseen, heading))
     steering = noted(steering, steered, Measurement(now, delta, heading))
-    records, answers = [drive, steering], list(present)
-    due = [k for k in (0, 1) if is_due(records[k], now)]
-    if due:  # one of them in a cycle: no cycle is to take the time of both
-        k = min(due, key=lambda each: records[each].compared_at)
-        records[k], found = compare_models(records[k], now, answers[k], (DRIVE, STEERING)[k])
-        answers[k] = answers[k] if found is None else Actuator(*found)
-    return (records[0], records[1]), Actuators(*answers)
+    # One of them in a cycle: no cycle is to take the time of both.
+    if is_due(drive, now) and (drive.compared_at <= steering.compared_at or not is_due(steering, now)):
+        drive, found = compare_models(drive, now, present.drive, DRIVE)
+        present = present if found is None else present._replace(drive=Actuator(*found))
+    elif is_due(steering, now):
+        steering, found = compare_models(steering, now, present.steering, STEERING)
+        present = present if found is None else present._replace(steering=Actuator(*found))
+    return (drive, steering), present
 
 
 def correct_actuators(
@@ -92,6 +93,7 @@ def correct_actuators(
 ) -> tuple[W, StateMonitor, str]:
     """State and monitor with other actuators, and a remark: the commands under way, and those that the
     sensors were compared with, act as these answer."""
+    remark = "; ".join(_remarks(s.vehicle, records, found))
     present, disturbance, drive = s.vehicle.actuators, s.vehicle.disturbance, records[0]
     sent, offsets = s.sent, s.vehicle.offsets
     if found.drive != present.drive:
@@ -103,22 +105,27 @@ def correct_actuators(
     acted = [each.queued(found, config.cycle) for each in sent]
     # The motion of the last moments was told by other commands.
     vehicle = replace(s.vehicle, actuators=found, offsets=offsets, motion=AxisMotion())
-    told = [
-        f"the {name} answers its commands with a dead time of {now.dead_time:.2f} s and a lag of "
-        f"{now.lag:.2f} s, not with {then.dead_time:.2f} s and {then.lag:.2f} s: corrected"
-        for name, then, now, old, new in zip(
-            Actuators._fields, present, found, s.vehicle.records, records, strict=True
-        )
-        if new.corrected != old.corrected
-    ]
-    for each in told:
-        _log.info("%s", each)
     s = replace(s, vehicle=vehicle, sent=sent, queue=still_acting(acted, s.clock.now))
     track = monitor.sensors.track
     if track is not None:
         track = with_commands(track, lambda begin, end: mean_rates(acted, begin, end))
         monitor = replace(monitor, sensors=monitor.sensors._replace(track=track))
-    return s, monitor, "; ".join(told)
+    return s, monitor, remark
+
+
+def _remarks(before: VehicleEstimate, records: Records, found: Actuators) -> list[str]:
+    """What is told, and logged, of actuators that are corrected."""
+    told = [
+        f"the {name} answers its commands with a dead time of {now.dead_time:.2f} s and a lag of "
+        f"{now.lag:.2f} s, not with {then.dead_time:.2f} s and {then.lag:.2f} s: corrected"
+        for name, then, now, old, new in zip(
+            Actuators._fields, before.actuators, found, before.records, records, strict=True
+        )
+        if new.corrected != old.corrected
+    ]
+    for each in told:
+        _log.info("%s", each)
+    return told
 
 
 def learnt(
@@ -174,7 +181,8 @@ def _acted(s: World, drive: ActuatorRecord, begin: float, end: float) -> float:
 def _moves_as_measured(monitor: StateMonitor) -> bool:
     """Whether only the place of a doubted measurement is doubted."""
     measured, state = monitor.measured, monitor.state
-    odd = monitor.steering_fault or monitor.odd_since is not None or monitor.sensors.pose
-    if odd or measured is None or state is None:
+    if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
+        return False
+    if monitor.sensors.pose:
         return False
     return monitor.dead_reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())
