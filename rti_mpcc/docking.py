@@ -407,8 +407,7 @@ def _retried(s: ControllerState, reason: Reason) -> ControllerState:
     waiting, yielding = reason is Reason.GOAL_UNCERTAIN, s.task.yielding
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
-    held = reason.status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
-    blocked = held and s.task.stop is None
+    blocked = reason.status is Status.BLOCKED and s.task.stop is None
     waits = yielding is not None and yielding.clear_since is not None
     tried = s.vehicle.stands and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

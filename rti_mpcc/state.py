@@ -41,12 +41,10 @@ class Yielding:
     Attributes:
         clear_since: since when its plan is clear [s], or None.
         obstacle: what its plan met last, and where, or "".
-        no_time: why there was no time for another plan, or "".
     """
 
     clear_since: float | None = None
     obstacle: str = ""
-    no_time: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,13 +100,14 @@ class SuspendedSearch:
 
     Attributes:
         solution: the last iterate that was solved, or None; iterations: number of QPs that were solved.
-        target, arrival: what the plan is for.
+        target, arrival: what the plan is for; since: when the search was suspended first [s].
     """
 
     solution: Solution | None
     iterations: int
     target: Target
     arrival: Arrival | None
+    since: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -142,8 +142,6 @@ class Reason(Enum):
     CREEPS_OUT = "creeps out", "{}: creeps out of it", Status.BLOCKED
     CONTACT_AHEAD = "contact ahead", "contact in {}", Status.BLOCKED
     """The detail: the distance [m], the obstacle or boundary, and the place."""
-    OUT_OF_TIME = "out of time", "{}", Status.FAILED
-    """The deadline left no time for a plan, and the last one is not clear to its end."""
     WAITS_UNTIL_CLEAR = (
         "waits until clear",
         "waits until the route has been clear for a while{}",

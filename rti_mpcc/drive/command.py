@@ -15,7 +15,7 @@ from rti_mpcc.clock import CycleClock
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.mpc import CONTACT_TOLERANCE
 from rti_mpcc.course import collision_check
-from rti_mpcc.course.collision_check import CLEAR_DISTANCE, nearest_object
+from rti_mpcc.course.collision_check import nearest_object
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.drive import holding
 from rti_mpcc.drive.fallback import ControlInput, stopping_motion
@@ -24,7 +24,7 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.actuators import UNDISTURBED, Disturbance, going_out, measured_steering
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.state import ControllerState, PlannedStop, Task
 from rti_mpcc.types import (
@@ -248,23 +248,18 @@ def what_blocks(stop: PlannedStop, context: PlanningContext) -> str:
 
 
 def meeting(
-    s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> ControllerState:
-    """With the contact of a plan after `distance` [m]; `late`: why there was no time for another, or ""."""
+    """With the contact of a plan after `distance` [m]."""
     assert s.task.yielding is not None
     obstacle = f"{distance:.2f} m with {collision_check.object_ahead(s, plan, distance, config)}"
-    needed = collision_check.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
-    yielding = replace(s.task.yielding, obstacle=obstacle, no_time=late if distance > needed else "")
-    return replace(s, task=replace(s.task, yielding=yielding))
+    return replace(s, task=replace(s.task, yielding=replace(s.task.yielding, obstacle=obstacle)))
 
 
 def why_yielding(s: ControllerState, distance: float) -> Verdict:
     """Why a vehicle halts whose plan is clear over `distance` [m]."""
     yielding = s.task.yielding
     assert yielding is not None
-    if yielding.no_time:
-        why = f"{yielding.no_time}; contact in {yielding.obstacle} along the last plan"
-        return Verdict(Reason.OUT_OF_TIME, why)
     if distance < inf:
         return Verdict(Reason.CONTACT_AHEAD, yielding.obstacle)
     return Verdict(Reason.WAITS_UNTIL_CLEAR, yielding.obstacle and f" (last: contact in {yielding.obstacle})")

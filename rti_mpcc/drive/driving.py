@@ -39,7 +39,7 @@ def driven(s: ControllerState, context: PlanningContext) -> Driven:
     after, decision = _decided(s, context)
     if context.clock.late() and decision.control.source is Source.SOLUTION:
         late = Reason.LATE.message
-        last = _continue_plan(after, s, context, late, decision.attempt, whole=False)
+        last = _continue_plan(after, s, context, late, decision.attempt)
         after, decision = last or _stop(after, context, Verdict(Reason.LATE), attempt=decision.attempt)
     return after, decision
 
@@ -96,11 +96,12 @@ def _start(s: ControllerState, context: PlanningContext) -> Driven:
     if not attempt.problem:
         return _accept(s, context, attempt, s.plans.solution)
     if not stands and (attempt.out_of_time or not stop_reason):
-        last = _continue_plan(s, s, context, attempt.problem, attempt, whole=False)
+        last = _continue_plan(s, s, context, attempt.problem, attempt)
         if last is not None:
             return last
-    task = s.task
-    if not stop_reason and s.vehicle.is_stationary(s.clock.now, GIVE_UP_TIME):
+    task, search = s.task, s.plans.suspended
+    resumes = search is not None and s.clock.now - search.since < GIVE_UP_TIME
+    if not (stop_reason or resumes) and s.vehicle.is_stationary(s.clock.now, GIVE_UP_TIME):
         stop_reason = attempt.problem
         task = replace(task, stop_reason=stop_reason)
     if stop_reason and stands:
@@ -241,12 +242,13 @@ def _change_over(
 
 def _iterate(s: ControllerState, context: PlanningContext) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
-    suspended = s.plans.suspended
     attempt = search.converge(s, context, search.from_last(s.plans))
     if not attempt.problem:
         return _accept(s, context, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
-    last = _continue_plan(s, s, context, attempt.problem, attempt, whole=suspended is None)
+    last = _continue_plan(s, s, context, attempt.problem, attempt)
+    if last is None and s.task.yielding is not None:  # it brakes already, and needs no plan for that
+        return _stop(s, context, why_yielding(s, inf), attempt=attempt, along=s.plans.driven)
     return last or _give_up(s, context, attempt.problem, attempt)
 
 
@@ -284,14 +286,12 @@ def _continue_plan(
     context: PlanningContext,
     problem: str,
     attempt: SqpResult | None = None,
-    *,
-    whole: bool = True,
 ) -> Driven | None:
-    """Continue the last accepted plan of `before`, clear to its end if `whole`; or None."""
+    """Continue the last accepted plan of `before`; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context)
     if plan is None:
         return None
-    return _follow_plan(s, context, plan, attempt, problem=problem, whole=whole)
+    return _follow_plan(s, context, plan, attempt, problem)
 
 
 def _doubt(s: ControllerState, context: PlanningContext) -> Driven:
@@ -321,26 +321,23 @@ def _follow_plan(
     context: PlanningContext,
     plan: Trajectory,
     attempt: SqpResult | None,
-    *,
     problem: str = "",
-    whole: bool = False,
 ) -> Driven:
-    """Drive a plan that is clear as far as a stop needs (`whole`: to its end), to a goal that is certain.
+    """Drive a plan that is clear as far as a stop needs, to a goal that is certain.
 
     `problem`: why the plan is not of this cycle, "" if it is.
     """
     config = context.config
-    need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
+    need = collision_check.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.yielding is None else CLEAR_TIME
     distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.tracked.moving:
         slowing = fallback.slowing(context, plan)
         distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
-    s = _yielding(s, distance, need if distance < inf else 0.0)
+    s = _yielding(s, distance, need)
     if s.task.yielding is not None:
         if distance < inf:
-            late = problem if attempt is not None and attempt.out_of_time else ""
-            s = meeting(s, plan, distance, late, context.config)
+            s = meeting(s, plan, distance, context.config)
         return _stop(s, context, why_yielding(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = conditions.must_wait(s, context)
     if waiting:
@@ -393,7 +390,7 @@ def _watching(s: ControllerState, context: PlanningContext) -> ControllerState:
         distance = min(distance, collision_check.distance_to_contact(s, slowing, context.config, end))
     if distance == inf:
         return s
-    return meeting(_yielding(s, distance, inf), slowing, distance, "", context.config)
+    return meeting(_yielding(s, distance, inf), slowing, distance, context.config)
 
 
 def _yielding(s: ControllerState, distance: float, need: float) -> ControllerState:

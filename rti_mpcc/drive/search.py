@@ -197,6 +197,7 @@ def suspended(
         iterations=(before.iterations if before else done) + sum(each.solved for each in attempt.solutions),
         target=context.target,
         arrival=s.task.arrival,
+        since=before.since if before else s.clock.now,
     )
     return s.suspending(search)
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.encounters import on_lane
-from geometry import Pose2
-from rti_mpcc import ControllerConfig, VehicleState
+from benchmarks.encounters import on_lane, square
+from geometry import Area, Pose2
+from rti_mpcc import ControllerConfig, DockingController, VehicleState
 from rti_mpcc.clock import CycleClock
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.faults import FAILED
@@ -20,6 +20,7 @@ from rti_mpcc.types import Command, Reason, Source, Status
 from tests.lists import some_of
 from tests.rti_mpcc.docking_runs import (
     Clocked,
+    Obstacles,
     docking_figures,
     drive,
     granting,
@@ -31,6 +32,7 @@ from tests.rti_mpcc.docking_runs import (
 
 CYCLE = 0.05
 PLENTY = 40
+SEARCHED, SLICES = 6.0, 1  # until then no route is searched for [s], later in so many slices a cycle
 BEGIN, GONE = 3.0, 15.0
 """When a wall comes and goes [s]."""
 
@@ -91,6 +93,19 @@ def test_late_without_a_plan_from_before_it_stands_and_then_begins() -> None:
     assert after.source is Source.SOLUTION
 
 
+@pytest.mark.parametrize(("without", "status"), [(1, Status.STARTING), (120, Status.FAILED)])
+def test_a_cycle_without_time_is_no_failure_but_six_seconds_are_one(without: int, status: Status) -> None:
+    """As where a reading of 300 obstacles takes the first cycle on a route that was searched for long."""
+    docking = DockingController.in_area(Area(), ControllerConfig(cycle=CYCLE))
+    at_rest, goal = VehicleState(0.0, 0.0, 0.0, 0.0, 0.0), Pose2(12.0, 0.0, 0.0)
+    told = list[Status]()
+    while len(told) - told.count(Status.PLANNING) < without:
+        now = CYCLE * len(told)
+        clock = granting(SLICES if now > SEARCHED and told[-1] is Status.PLANNING else 0)
+        told.append(docking.step(at_rest, now=now, goal=goal, clock=clock).status)
+    assert told[-1] is status
+
+
 def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     def clock_at(now: float) -> CycleClock:
         if 4.975 < now < 6.225:  # longer than the last plan lives
@@ -110,9 +125,12 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
 class Hurried(CycleClock):
     """Its time is up as soon as an iteration has begun."""
 
-    @property
-    def left(self) -> float:
-        return -1.0 if self._granted else 1.0
+    def grants(self, least: float = 0.0) -> bool:
+        granted, self._until = super().grants(least), 0.0
+        return granted
+
+    def late(self) -> bool:
+        return False
 
 
 def test_the_first_qp_of_a_cycle_is_finished_whatever_the_time_is() -> None:
@@ -166,6 +184,23 @@ def assert_gentle(result: RunResult) -> None:
         np.abs(result.cycles.acceleration).max() < 0.6 * docking_controller(course()).config.firm_deceleration
     )
     assert Status.FAILED not in result.cycles.status
+
+
+@pytest.mark.parametrize(("ahead", "speed"), [(30.0, 1.2), (22.0, 0.8)])
+def test_cycles_without_time_cost_nothing_while_somebody_crosses(ahead: float, speed: float) -> None:
+    """The last plan is driven on as far as a plan of its cycle would be; who yields goes on doing so."""
+
+    def somebody(now: float) -> Obstacles:
+        return [square(ahead, -7.0 + speed * now, 0.6)]
+
+    usual = docking_figures(simulate(straight(1), obstacles_at=somebody))
+    result, found = limited(
+        straight(1), lambda now: granting(0 if round(now / CYCLE) % 5 == 4 else PLENTY), obstacles_at=somebody
+    )
+    assert_gentle(result)
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.5
+    assert found["time_to_dock_s"] - usual["time_to_dock_s"] <= 0.5
 
 
 @pytest.mark.parametrize("iterations", some_of([1, 3]))
