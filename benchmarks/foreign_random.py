@@ -4,7 +4,8 @@
 
 Kind of vehicle and ride, cycle, stamps (uneven, seconds since 1970), place on a map, interface, actuators
 (given or not), slope, noise, dead band, goals that are corrected, obstacles that tremble, lost cycles,
-unusable states. Each is to dock where it was last asked to, to stay there, and to accuse no healthy sensor.
+cycles without time, unusable states. Each is to dock where it was last asked to, to stay there, and to
+accuse no healthy sensor.
 """
 
 from __future__ import annotations
@@ -30,10 +31,12 @@ from rti_mpcc import (
     ReferencePath,
     VehicleState,
 )
+from rti_mpcc.clock import Decisions, PlayedBack
 
 KINDS = ("rc_car", "delivery_robot", "forklift", "car", "van", "bus")
 CYCLES = (0.02, 0.03, 0.05, 0.07, 0.1)  # [s]
 SECONDS, AFTER = 180.0, 20.0  # of a ride at most, and after the first DOCKED [s]
+PLENTY = 40  # iterations of a cycle that has time
 ACCUSES = ("leapt", "does not follow", "sensor", "internal error")
 
 
@@ -48,6 +51,7 @@ class Draw:
         since: time at the start [s]; uneven: share of the cycle by which stamps are off.
         lost, blind: begin and length [s] of a time without cycles, and of one with unusable states.
         trembles: an obstacle beside the route is seen with noise of 1 cm.
+        busy: share of the cycles that have no time for an iteration, as on a loaded machine.
     """
 
     config: ControllerConfig
@@ -62,6 +66,7 @@ class Draw:
     lost: tuple[float, float]
     blind: tuple[float, float]
     trembles: bool
+    busy: float
     seed: int
 
     @property
@@ -122,6 +127,7 @@ def drawn(seed: int) -> Draw:
         lost=_spell(random, 0.8),
         blind=_spell(random, 0.4),
         trembles=bool(random.uniform() < 0.3),
+        busy=float(random.choice((0.0, 0.3))),
         seed=seed,
     )
 
@@ -163,6 +169,7 @@ def _spell(random: Generator, longest: float) -> tuple[float, float]:
 def _loop(draw: Draw) -> Callable[..., Command]:
     """The step of a controller in a loop that is not perfect."""
     random, left = np.random.default_rng(draw.seed), list(draw.goals)
+    load = np.random.default_rng((draw.seed, 1))
     corridor = Corridor.from_offsets(draw.path, left=draw.half, right=-draw.half)
     controller, last = DockingController(draw.path, corridor, draw.config), list[Command]()
     aside = draw.half - 0.15 * draw.config.vehicle.width  # beside the body, at the middle of the path
@@ -182,7 +189,9 @@ def _loop(draw: Draw) -> Callable[..., Command]:
         if 0.0 <= now - draw.blind[0] < draw.blind[1]:
             state = VehicleState(x=np.nan, y=state.y, phi=state.phi, v=state.v, delta=state.delta)
         late = draw.uneven * draw.config.cycle * random.uniform()
-        last.append(controller.step(state, now=draw.since + now + late, **given))
+        iterations = 0 if load.uniform() < draw.busy else PLENTY
+        clock = PlayedBack(Decisions(granted=(True,) * iterations))
+        last.append(controller.step(state, now=draw.since + now + late, clock=clock, **given))
         return last[-1]
 
     return step
