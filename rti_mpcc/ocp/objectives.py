@@ -151,8 +151,7 @@ class ComfortWeights(NamedTuple):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageWeights:
     """Effective weights: (N+1,) on states, (N,) on controls, goal (3,), goal_speed and goal_wheels at stage N
-    only.
-    `comfort` is on what goes beyond `Comfort`.
+    only. `comfort` is on what goes beyond `Comfort`.
 
     `slack` is the linear weight of the corridor slack [1/m] of (H3), above the largest pull that could press
     the body against a boundary: the penalty is exact. `scale` brings the QP's cost to size.

@@ -94,7 +94,6 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
         "outcomes": {outcome.value: int(outcomes[outcome.value]) for outcome in CaseOutcome},
         "success_rate": len(docked) / len(rows),
         "success_interval": [float(interval.low), float(interval.high)],
-        "told_docked": len(docked) / len(rows),
         "collisions": int(rows["crossed"].sum()),
         "min_clearance_m": known(clearance.min()),
         "clearance_p5_m": known(clearance.quantile(0.05)),
