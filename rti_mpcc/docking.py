@@ -40,6 +40,7 @@ from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState, Verdict
 from rti_mpcc.world import goal_setpoint
+from rti_mpcc.world.obstacles import CLEAR_TIME
 from rti_mpcc.world.perception import Perception, StepInputs
 from rti_mpcc.world.standstill import dock_speed
 from rti_mpcc.world.surroundings import Surroundings, area_along
@@ -408,6 +409,7 @@ def _retried(s: ControllerState, reason: Reason) -> ControllerState:
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
     blocked = reason.status is Status.BLOCKED and s.task.stop is None
-    waits = yielding is not None and yielding.clear_since is not None
+    since = None if yielding is None else yielding.clear_since
+    waits = since is not None and s.clock.now - since <= 2.0 * CLEAR_TIME  # later no plan has come
     tried = s.vehicle.stands and s.clock.now - s.task.driving_since >= REPLAN_INTERVAL
     return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

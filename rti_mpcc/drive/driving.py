@@ -247,7 +247,7 @@ def _iterate(s: ControllerState, context: PlanningContext) -> Driven:
         return _accept(s, context, attempt, attempt.solved)
     s = s.iterated(attempt.solved)
     last = _continue_plan(s, s, context, attempt.problem, attempt)
-    if last is None and s.task.yielding is not None:  # it brakes already, and needs no plan for that
+    if last is None and attempt.out_of_time and s.task.yielding is not None:  # it brakes already
         return _stop(s, context, why_yielding(s, inf), attempt=attempt, along=s.plans.driven)
     return last or _give_up(s, context, attempt.problem, attempt)
 

@@ -203,6 +203,19 @@ def test_cycles_without_time_cost_nothing_while_somebody_crosses(ahead: float, s
     assert found["time_to_dock_s"] - usual["time_to_dock_s"] <= 0.5
 
 
+@pytest.mark.parametrize("ends", [8.9, 10.2])
+def test_who_yields_and_never_has_time_again_stands_and_fails(ends: float) -> None:
+    """From when the way is blocked, and from when it is clear again."""
+    result, _ = limited(
+        straight(1), lambda now: granting(PLENTY if now < ends else 0),
+        obstacles_at=lambda now: [square(22.0, -7.0 + 0.9 * now, 0.6)],
+    )  # fmt: skip
+    statuses = result.cycles.status
+    assert statuses[round(ends / CYCLE)] is statuses[round(ends / CYCLE) + 1] is Status.BLOCKED
+    assert statuses[-1] is Status.FAILED
+    assert abs(result.truth.v[-1]) < 0.01
+
+
 @pytest.mark.parametrize("iterations", some_of([1, 3]))
 def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
     usual = simulate(short())
