@@ -286,12 +286,14 @@ def _continue_plan(
     context: PlanningContext,
     problem: str,
     attempt: SqpResult | None = None,
+    *,
+    whole: bool = False,
 ) -> Driven | None:
-    """Continue the last accepted plan of `before`; or None."""
+    """Continue the last accepted plan of `before`, see `_follow_plan`; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context)
     if plan is None:
         return None
-    return _follow_plan(s, context, plan, attempt, problem)
+    return _follow_plan(s, context, plan, attempt, problem=problem, whole=whole)
 
 
 def _doubt(s: ControllerState, context: PlanningContext) -> Driven:
@@ -299,7 +301,7 @@ def _doubt(s: ControllerState, context: PlanningContext) -> Driven:
     monitor = s.vehicle.monitor
     short = context.now - monitor.since <= context.config.plausibility.blind
     if s.task.drives and not s.task.stop_reason and short and not monitor.steering_fault:
-        last = _continue_plan(s, s, context, context.doubt)
+        last = _continue_plan(s, s, context, context.doubt, whole=True)
         if last is not None:
             after, decision = last
             return after, replace(decision, verdict=Verdict(Reason.STATE_DOUBTED, str(decision.verdict)))
@@ -321,20 +323,23 @@ def _follow_plan(
     context: PlanningContext,
     plan: Trajectory,
     attempt: SqpResult | None,
+    *,
     problem: str = "",
+    whole: bool = False,
 ) -> Driven:
     """Drive a plan that is clear as far as a stop needs, to a goal that is certain.
 
-    `problem`: why the plan is not of this cycle, "" if it is.
+    `problem`: why the plan is not of this cycle, "" if it is. `whole`: it has to be clear to its end, as
+    where the vehicle is not where it is measured.
     """
     config = context.config
-    need = collision_check.stopping_distance(float(context.state[V]), config)
+    need = inf if whole else collision_check.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.yielding is None else CLEAR_TIME
     distance = collision_check.clear_distance(s, plan, config, need + CLEAR_DISTANCE * config.size, later)
     if s.area.tracked.moving:
         slowing = fallback.slowing(context, plan)
         distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
-    s = _yielding(s, distance, need)
+    s = _yielding(s, distance, need if distance < inf else 0.0)
     if s.task.yielding is not None:
         if distance < inf:
             s = meeting(s, plan, distance, context.config)
