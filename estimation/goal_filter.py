@@ -60,10 +60,8 @@ class GoalPoseFilter:
         if not is_time(now):
             return
         if self._now is not None and now < self._now - self.config.history:
-            known, seconds = self._latest, now - self._now
-            track = known.track and known.track.shifted(seconds)
-            anew = track and replace(known, time=known.time + seconds, track=track, rivals=())
-            self._origin, self._past, self._now = anew or Belief(time=-inf), [], now
+            self._origin = _on_clock(self._latest, now - self._now)
+            self._past, self._now = [], now
         if self._now is None:
             # Nothing was too early as long as no time was told.
             del self._past[bisect_right(self._past, now + CLOCK_SKEW, key=_stamp) :]
@@ -153,6 +151,14 @@ class GoalPoseFilter:
         if stamp < self._origin.time:
             return f"stamp {stamp:.3f} s is before what was settled at {self._origin.time:.3f} s"
         return ""
+
+
+def _on_clock(belief: Belief, seconds: float) -> Belief:
+    """The same belief on a clock that was set by `seconds`; rival tracks are forgotten."""
+    if belief.track is None:
+        return Belief(time=-inf)
+    track = belief.track.shifted(seconds)
+    return replace(belief, time=belief.time + seconds, track=track, rivals=())
 
 
 def _stamp(step: tuple[Detection, Belief]) -> float:

@@ -87,7 +87,7 @@ class StateMonitor:
     @property
     def steering_fault(self) -> bool:
         """Whether the steering is doubted, not the measurement."""
-        return self.doubt == self.sensors.unsteered != ""
+        return self.doubt != "" and self.doubt == self.sensors.unsteered
 
     def usable_measurement(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
@@ -96,7 +96,9 @@ class StateMonitor:
             return self.measured
         if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= config.plausibility.blind:
             return self.measured
-        return np.where(np.arange(STATES) == V, np.nan, self.measured)
+        usable = self.measured.copy()
+        usable[V] = np.nan
+        return usable
 
 
 def validate_measurement(

@@ -96,16 +96,17 @@ class Perception:
             records=records,
             motion=moved,
         )
-        s = replace(s, clock=clock, area=area, vehicle=estimate)
-        s = replace(s, goal=self._goal_in(given.goal, s, path))
+        goal = self._goal_in(given.goal, s.goal, path, area, clock.now)
+        s = replace(s, clock=clock, area=area, vehicle=estimate, goal=goal)
         return s, (clock_remark, hint, corrected, *vehicle.sensor_remarks(monitor, moved, known))
 
-    def _goal_in(self, given: Pose2 | None, s: World, path: ReferencePath) -> GoalState:
+    def _goal_in(
+        self, given: Pose2 | None, known: GoalState, path: ReferencePath, area: Surroundings, now: float
+    ) -> GoalState:
         """What is known of the goal. An accepted goal stays, even if an obstacle comes there; a rejected one
         has to be given again. One that was averaged, and after which no other came, is taken as it is."""
-        known, config, now = s.goal, self._config, s.clock.now
         taken, came, refusal, its_fit = None, known.given, known.refusal, known.given_fit
-        averaged = known.averaged_at
+        averaged, config = known.averaged_at, self._config
         if given is None and averaged is not None and now - averaged >= goal_setpoint.NOISE_TIME:
             given = known.given
         if given is not None:
@@ -113,14 +114,14 @@ class Perception:
             goal = came and goal_setpoint.steadied(came, known.given, known.planned, config.cycle)
             averaged = None if goal == came else now
             if goal is not None and goal != known.planned:
-                its_fit = goals.checked_again(its_fit, goal, path, s.area, config)
+                its_fit = goals.checked_again(its_fit, goal, path, area, config)
                 if its_fit.problem:
                     refusal = f"goal {_text(goal)} rejected: {its_fit.problem}"
                 else:
                     taken = goal
         fit = known.fit if taken is None else its_fit
-        if fit is None and s.area.corridor.area is None:
-            fit = goals.end_checked(path, s.area, config)
+        if fit is None and area.corridor.area is None:
+            fit = goals.end_checked(path, area, config)
         known = replace(known, given=came, averaged_at=averaged, given_fit=its_fit, fit=fit, refusal=refusal)
         return known if taken is None else self.with_goal(known, taken)
 
