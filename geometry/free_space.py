@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import Array
 from geometry.contacts import FLANKS, line_contacts, no_contacts, solid_contacts
-from geometry.shape_grid import Body, ShapeGrid, signed_distances_to
+from geometry.shape_grid import Body, ShapeGrid, beyond_lines, signed_distances_to
 
 
 class FreeSpace(NamedTuple):
@@ -75,7 +75,8 @@ def clearances_in(space: FreeSpace, body: Body, poses: Array, within: float) -> 
     """
     apart = distances_in(space, body, poses, within)
     if space.sides != FLANKS:
-        depths = space.boundary.beyond(poses, space.behind)
+        depths = np.zeros(len(poses))
+        beyond_lines(space.boundary, poses, space.behind, depths)
         deeper = depths > 0.0
         apart[deeper, 0] = np.minimum(apart[deeper, 0], -depths[deeper])
     return apart

@@ -350,7 +350,10 @@ def arrival_weights(
 
 def stage_share(lengths: Array, unit: float) -> Array:
     """What each stage counts (N+1,): its length over the `unit` [s] that the weights belong to."""
-    return np.concatenate((lengths, lengths[-1:])) / unit
+    share = np.empty(len(lengths) + 1)
+    share[:-1], share[-1] = lengths, lengths[-1]
+    share /= unit
+    return share
 
 
 def comfort_weights(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:

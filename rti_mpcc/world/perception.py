@@ -122,7 +122,11 @@ class Perception:
         fit = known.fit if taken is None else its_fit
         if fit is None and area.corridor.area is None:
             fit = goals.end_checked(path, area, config)
-        known = replace(known, given=came, averaged_at=averaged, given_fit=its_fit, fit=fit, refusal=refusal)
+        same = (came, averaged, refusal) == (known.given, known.averaged_at, known.refusal)
+        if not (same and fit is known.fit and its_fit is known.given_fit):
+            known = replace(
+                known, given=came, averaged_at=averaged, given_fit=its_fit, fit=fit, refusal=refusal
+            )
         return known if taken is None else self.with_goal(known, taken)
 
     def with_goal(self, known: GoalState, goal: Pose2 | None) -> GoalState:

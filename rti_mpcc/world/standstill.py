@@ -13,7 +13,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import takewhile
 from math import copysign, cos, exp, inf, sin, sqrt
 from operator import attrgetter
 
@@ -83,16 +82,16 @@ class AxisMotion:
         state, now = monitor.state, monitor.at
         if state is None or monitor.measured is None or monitor.doubt:
             return AxisMotion()
-        (x, y, phi, speed), noise = state[[X, Y, PHI, V]].tolist(), monitor.noise.stds
-        pose, measured = (x, y, phi), float(monitor.measured[V])
+        pose, speed = (float(state[X]), float(state[Y]), float(state[PHI])), float(state[V])
+        measured, noise = float(monitor.measured[V]), monitor.noise.stds
         last = self.moments[-1] if self.moments else None
         if last is not None and now == last.at:
             return self
         if last is None or monitor.relocalised or not 0.0 < now - last.at <= LARGEST_STEP:
             first = AxisReading(now, speed=speed, measured=measured)
             return AxisMotion(moments=(first,), pose=pose, noise=noise)
-        heading = 0.5 * (phi + self.pose[2])
-        step = cos(heading) * (x - self.pose[0]) + sin(heading) * (y - self.pose[1])
+        heading = 0.5 * (pose[2] + self.pose[2])
+        step = cos(heading) * (pose[0] - self.pose[0]) + sin(heading) * (pose[1] - self.pose[1])
         seconds = now - last.at
         gained = monitor.commanded * seconds
         moment = AxisReading(
@@ -119,15 +118,19 @@ class AxisMotion:
         By as few poses as noise allows. 0 and inf if the vehicle is not measured to stand, or if the measured
         speed changes: a sensor in its dead band measures the same again and again.
         """
-        if not self.moments or abs(self.moments[-1].measured) > config.moving_speed:
+        rest: list[AxisReading] = []
+        still = config.moving_speed
+        if not self.moments or abs(self.moments[-1].measured) > still:
             return 0.0, inf
-        latest = reversed(self._last(SLIP_TIME))
-        rest = list(takewhile(lambda moment: moment.measured == self.moments[-1].measured, latest))
+        for moment in reversed(self._last(SLIP_TIME)):
+            if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
+                break
+            rest.append(moment)
         if len(rest) < FEWEST:
             return 0.0, inf
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
-            found, std = _slope(last, "driven", self.noise.along)
+            found, std = _slope([(m.at, m.driven) for m in last], self.noise.along)
             if NOISE * std <= least_unseen(config):
                 break
         return found - sum([m.speed for m in last]) / len(last), std
@@ -146,12 +149,12 @@ class AxisMotion:
 
     def speed_beyond_noise(self, seconds: float) -> float:
         """Mean speed by the poses of the last `seconds` [m/s], less what noise explains."""
-        speed, std = _slope(self._last(seconds), "driven", self.noise.along)
+        speed, std = _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
         return max(abs(speed) - NOISE * std, 0.0)
 
     def gained(self, seconds: float) -> float:
         """What the speed gains in so many seconds [m/s] as it did lately, less what noise explains."""
-        change, std = _slope(self._last(SLIP_TIME), "speed", self.noise.speed)
+        change, std = _slope([(m.at, m.speed) for m in self._last(SLIP_TIME)], self.noise.speed)
         return copysign(max(abs(change) - NOISE * std, 0.0), change) * seconds
 
     def spread(self, seconds: float = WINDOW) -> float:
@@ -164,7 +167,7 @@ class AxisMotion:
         within `SLIP_TIME`, or evenly within `WINDOW`."""
         found = [m.unexplained for m in self._last(SLIP_TIME)]
         at_once = max(found) - min(found) - NOISE * self.noise.speed if found else 0.0
-        change, std = _slope(self.moments, "unexplained", self.noise.speed)
+        change, std = _slope([(m.at, m.unexplained) for m in self.moments], self.noise.speed)
         return max(at_once, (abs(change) - NOISE * std) * WINDOW, 0.0)
 
     def surprise(self) -> float:
@@ -188,8 +191,9 @@ class AxisMotion:
         """
         if self.seconds < 0.5 * WINDOW or len(self.moments) < LEAST_MOMENTS:
             return 0.0, inf
-        known = np.array([(m.at, m.driven, m.planned, m.speed, m.gained) for m in self.moments])
-        (t, driven, planned, speeds, gained) = (known - (known[-1, 0], 0.0, 0.0, 0.0, 0.0)).T
+        t = np.array([m.at - self.moments[-1].at for m in self.moments])
+        known = np.array([(m.driven, m.planned, m.speed, m.gained) for m in self.moments])
+        driven, planned, speeds, gained = known.T
         one, rates = np.ones(len(t)), np.gradient(gained, t)
         by_poses = _coefficient(0.5 * t**2, (one, t), gained, driven - planned, self.noise.along, lag)
         if self.unseen != 0.0 or len({m.measured for m in self.moments}) == 1:
@@ -235,9 +239,9 @@ def least_unseen(config: ControllerConfig) -> float:
     return 0.5 * dock_speed(config.goal_tolerance, config)
 
 
-def _slope(moments: Sequence[AxisReading], name: str, noise: float) -> tuple[float, float]:
-    """Slope over time of the named value, and its standard deviation; `noise`: that of a value."""
-    points, n = [(each.at, getattr(each, name)) for each in moments], len(moments)
+def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+    """Slope of the line through points (t, value), and its standard deviation; `noise`: that of a value."""
+    n = len(points)
     if n < 3:
         return 0.0, 0.0
     t0, y0 = sum([t for t, _ in points]) / n, sum([y for _, y in points]) / n
