@@ -33,6 +33,7 @@ CELL, SHARE, PERIOD = 0.1, 0.05, 0.2
 """Of the map [m], of the edges that are off, of the readings [s]."""
 CONFIG = ControllerConfig(cycle=0.05)
 YARD = shapely.box(0.0, -4.0, 68.0, 46.0)
+AREA = Area(boundary=shapely.get_coordinates(YARD)[:-1])
 SHELVES = np.array(
     [
         (8.0 + 1.04 * k, 3.0 + 7.0 * row, 9.0 + 1.04 * k, 4.2 + 7.0 * row)
@@ -61,13 +62,17 @@ class Drive:
         return inf if at is None or not stays or self.ride.touches(SOLID) else at
 
 
+def outlines(edges: Array) -> list[Array]:
+    """Of rectangles by their left, low, right and high edges (n, 4) [m]."""
+    return list(shapely.get_coordinates(shapely.box(*edges.T)).reshape(-1, 5, 2)[:, :-1])
+
+
 def driven(seed: int, *, flickers: bool) -> Drive:
     """From a place drawn for a seed to another one."""
     random, flicker = np.random.default_rng((5, seed)), np.random.default_rng((6, seed))
     car = Car.driven_by(CONFIG)
     start, goal = _place(random, car), _place(random, car)
-    area = Area(boundary=shapely.get_coordinates(YARD)[:-1])
-    controller = DockingController.in_area(area, CONFIG)
+    controller = DockingController.in_area(AREA, CONFIG)
     prepare_process()
     seen: list[Any] = [-inf, None]
     times, moved = list[float](), list[bool]()
@@ -76,7 +81,7 @@ def driven(seed: int, *, flickers: bool) -> Drive:
         if now - seen[0] >= PERIOD - 1e-9 and (flickers or not times):
             off = CELL * flicker.choice((-1.0, 1.0), SHELVES.shape)
             edges = SHELVES + flickers * off * (flicker.uniform(size=SHELVES.shape) < SHARE)
-            seen[:] = now, list(shapely.get_coordinates(shapely.box(*edges.T)).reshape(-1, 5, 2)[:, :-1])
+            seen[:] = now, outlines(edges)
         given: dict[str, Any] = {} if times else {"goal": goal}
         begin = thread_time()
         command = controller.step(state, now=now, obstacles=seen[1], **given)

@@ -259,13 +259,17 @@ def _blocked(s: ControllerState, context: PlanningContext, target: Target) -> Pl
 
 
 def _ahead(s: ControllerState, state: Array, target: Target, config: ControllerConfig) -> Array:
-    """States (n, 6) on the course: on the driven plan, and from its end, or from `state`, to the target."""
+    """States (n, 6) on the course: on the driven plan and the segment behind it, or from `state` on.
+
+    Not from the end of that plan: it cuts bends, and its way back is no part of the course.
+    """
     part, driven = s.task.segment.part, state[None]
     if s.task.drives and s.plans.driven is not None:
         *_, driven = collision_check.bodies_along(s.plans.driven, config)
-        state = driven[-1].copy()
-        x, y, phi = state[:POSE].tolist()
-        state[THETA] = part.project(x, y, heading=phi)
+        x, y, phi = driven[-1, :POSE].tolist()
+        theta = part.project(x, y, heading=phi)
+        at = part.pose(theta)
+        state = np.array([at.x, at.y, at.phi, 0.0, 0.0, theta])
     left = target.theta - float(state[THETA])
     if left <= CHECK_SPACING:
         return driven

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
+from benchmarks import depot
 from benchmarks.encounters import on_lane
+from benchmarks.foreign import Car, drive
 from geometry import Area, Pose2
-from rti_mpcc import ControllerConfig, DockingController
+from rti_mpcc import Command, ControllerConfig, DockingController, Reason, VehicleState
 from rti_mpcc.types import Array
 from tests.lists import some_of
 from tests.rti_mpcc.yards import Drive, Driver, block
@@ -228,3 +230,27 @@ def test_a_person_who_walks_in_a_far_off_corner_changes_no_command(walk: Walk) -
     alone, together = ride(None), ride(walk)
     assert alone.docked
     np.testing.assert_array_equal(together.commanded(), alone.commanded())
+
+
+@pytest.mark.parametrize(
+    ("start", "goal"),
+    [
+        (Pose2(47.45, 35.43, 3.19), Pose2(34.89, 6.16, 0.17)),
+        (Pose2(38.13, 27.68, 2.96), Pose2(50.14, 0.44, 0.01)),
+    ],
+)
+def test_what_comes_and_goes_far_away_ends_no_course_that_is_clear(start: Pose2, goal: Pose2) -> None:
+    """The course is checked again at each change: where its plan cuts a bend, too."""
+    config = ControllerConfig(cycle=0.05, deadline=None)
+    controller, car = DockingController.in_area(depot.AREA, config), Car.driven_by(config)
+    shelves, far = depot.outlines(depot.SHELVES), depot.outlines(np.array([(0.1, 45.0, 0.6, 45.5)]))
+
+    def step(state: VehicleState, *, now: float) -> Command:
+        there = round(now / config.cycle) // 4 % 2 == 1
+        return controller.step(state, now=now, goal=goal, obstacles=[*shelves, *far] if there else shelves)
+
+    ride = drive(step, car, start, cycle=config.cycle, seconds=8.0)
+    assert ride.distance > 2.0
+    assert not {Reason.DRIVES_TO_STOP, Reason.CONTACT_AHEAD} & {
+        command.diagnostics.cause for command in ride.commands
+    }
