@@ -135,7 +135,7 @@ class TrackedObstacle:
         """Whether and how fast this obstacle moves, by its readings until now."""
         moved = np.subtract(readings[-1][1:], readings[_place_at(readings, now - OBSERVATION)][1:])
         distance = float(np.hypot(*moved))
-        displaced = distance > MOVED and distance > min(SIGMAS * _noise(readings, now), JUMP)
+        displaced = distance > MOVED and (distance > JUMP or distance > SIGMAS * _noise(readings, now))
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= CLEAR_TIME)
         if (still and not displaced) or not moved.any():
@@ -285,16 +285,23 @@ def obstacles_changed(
     before: Sequence[TrackedObstacle], now: Sequence[TrackedObstacle], least: float
 ) -> bool:
     """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
-    shapes = [np.array([each.shape for each in known], dtype=object) for known in (before, now)]
-    if len(before) == len(now):  # those that are nearly the same, and far from all others, need no look
-        differ = shapely.hausdorff_distance(*shapes) > least
-        others = shapely.union_all(np.concatenate([each[differ] for each in shapes]))
-        near = np.logical_or(*(shapely.dwithin(each, others, least) for each in shapes))
-        shapes = [each[near] for each in shapes]
-    one, other = map(shapely.union_all, shapes)
-    if one.is_empty or other.is_empty:
-        return bool(one.is_empty != other.is_empty)
-    return bool(shapely.hausdorff_distance(one, other) > least)
+    return _reach_beyond(before, now, least) or _reach_beyond(now, before, least)
+
+
+def _reach_beyond(some: Sequence[TrackedObstacle], others: Sequence[TrackedObstacle], least: float) -> bool:
+    """Whether a point of some obstacles is farther than `least` [m] from all others."""
+    same, twins = {id(each.checked) for each in others}, {each.index: each.checked for each in others}
+    changed = [each for each in some if id(each.checked) not in same]
+    apart = [
+        each.shape
+        for each in changed
+        if each.index not in twins or _apart(each.checked, twins[each.index]) > least
+    ]
+    if not apart:
+        return False
+    shapes, here = np.array([each.shape for each in others], dtype=object), shapely.union_all(apart)
+    near = shapely.buffer(shapes[shapely.dwithin(shapes, here, least)], least)
+    return not shapely.covers(shapely.union_all(near), here)
 
 
 def _match(

@@ -133,6 +133,8 @@ def test_edges_of_a_cell_that_flicker_do_not_move(seed: int) -> None:
         ([(5.0, 5.9), (6.1, 7.0)], False),  # a slit where they touched
         ([(5.1, 6.1), (6.1, 7.1)], False),
         ([(5.3, 6.0), (6.0, 7.0)], True),
+        ([(5.0, 6.0), (6.2, 7.0)], False),  # nowhere in the gap are 0.12 m free
+        ([(5.0, 6.0), (6.3, 7.0)], True),
         ([(5.0, 6.0)], True),
         ([(6.0, 7.0), (5.0, 6.0)], False),  # in another order
     ],
