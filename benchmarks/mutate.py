@@ -28,6 +28,7 @@ from rti_mpcc.simulation.batch import THREADS
 
 FILE = Path(__file__).with_name("mutations.toml")
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
+HANGS = 1800  # [s]; a test that lasts longer fails
 SURVIVED, NO_PLACE, NO_TESTS = "survived", "no place in the code", "its tests cannot be run"
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/\S+)", re.MULTILINE)
 
@@ -67,7 +68,9 @@ def place_of(edit: Edit, tree: Path) -> Path | None:
 def failures(tree: Path, tests: Sequence[str], *options: str) -> list[str]:
     """The tests that fail in a tree, by their names; NO_TESTS where pytest ends without a verdict."""
     environment = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(tree), "MPLBACKEND": "Agg"}
-    command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider", *options, *tests]
+    # The first test may compile an edited kernel: on a loaded machine that takes minutes, and is no verdict.
+    pytest = ["pytest", "-q", "--tb=no", "-p", "no:cacheprovider", f"--timeout={HANGS}"]
+    command = [sys.executable, "-m", *pytest, *options, *tests]
     done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
     if done.returncode == 0:
         return []

@@ -97,8 +97,8 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
     if min(s.clock.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
     noise, now = standstill.NOISE * motion.noise.along, _speed(s, context)
-    # Where a swing begins, the mean speed is still small, and a moment earlier the speed now.
-    swings = max(abs(now), abs(now + motion.gained(UNKNOWN_LAG))) - standstill.NOISE * motion.noise.speed
+    # Where a swing begins, the mean speed is still small.
+    swings = abs(now) - standstill.NOISE * motion.noise.speed
     speed = max(motion.speed_beyond_noise(standstill.SLIP_TIME), swings)
     slow = speed * (context.start_time - context.now + UNKNOWN_LAG) <= most
     steady = abs(motion.still_coming()) <= K_P * (most + noise)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import copysign, cos, exp, inf, sin, sqrt
+from math import cos, exp, inf, sin, sqrt
 from operator import attrgetter
 
 import numpy as np
@@ -151,11 +151,6 @@ class AxisMotion:
         """Mean speed by the poses of the last `seconds` [m/s], less what noise explains."""
         speed, std = _slope([(m.at, m.driven) for m in self._last(seconds)], self.noise.along)
         return max(abs(speed) - NOISE * std, 0.0)
-
-    def gained(self, seconds: float) -> float:
-        """What the speed gains in so many seconds [m/s] as it did lately, less what noise explains."""
-        change, std = _slope([(m.at, m.speed) for m in self._last(SLIP_TIME)], self.noise.speed)
-        return copysign(max(abs(change) - NOISE * std, 0.0), change) * seconds
 
     def spread(self, seconds: float = WINDOW) -> float:
         """How far the poses of the last `seconds` are apart [m]."""

@@ -55,6 +55,14 @@ def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noi
     assert not corrections(found.ride)
 
 
+def test_a_creep_torque_that_is_felt_at_its_end_is_no_lag() -> None:
+    """On a slope, after a ride without any: the last seconds alone would say 0.45 s."""
+    acts = {"slope": -0.0354, "uphill": -3.14, "creep": 0.3}
+    found = driven(Case("docking_behind", "rates", acts, noise=0.5, seed=86))
+    assert found.docked
+    assert not corrections(found.ride)
+
+
 @pytest.mark.parametrize(
     ("cycle", "late", "told"), [(0.15, 0.0, True), (0.2, 0.18, False), (0.02, 0.18, False)]
 )
