@@ -12,7 +12,16 @@ from math import atan, cos, exp, sin, sqrt, tan
 from statistics import median
 from typing import NamedTuple
 
-from estimation.comparison import SHORT, STEERING_WINDOW, WINDOWS, Comparison, Gap, compare, gaps_if_late
+from estimation.comparison import (
+    SHORT,
+    SIGMAS,
+    STEERING_WINDOW,
+    WINDOWS,
+    Comparison,
+    Gap,
+    compare,
+    gaps_if_late,
+)
 from estimation.odometry import (
     ALONG,
     ASIDE,
@@ -181,7 +190,7 @@ def _speed_or_pose(known: Sensors, track: Array, found: Comparison, noise: Noise
     """With the verdict on speed and pose, which disagree in some of the gaps."""
     gaps, now = [Gap(*gap) for gap in found.gaps.tolist()], float(track[-1, AT])
     wide = next(gap for gap in gaps if not gap.agree)
-    if known.speed.problem or (not known.late and _blames_speed(track, wide)):
+    if known.speed.problem or (not known.late and _blames_speed(track, wide, noise)):
         seconds = max(now - wide.since, 1e-3)
         by_pose = wide.moved / seconds
         problem = known.speed.problem or (  # said once, with the first figures
@@ -200,7 +209,7 @@ def _speed_or_pose(known: Sensors, track: Array, found: Comparison, noise: Noise
     return known._replace(pose=problem, late=0.0)
 
 
-def _blames_speed(track: Array, gap: Gap) -> bool:
+def _blames_speed(track: Array, gap: Gap, noise: Noise) -> bool:
     """Whether the pose is right, not the speed."""
     now, then = now_and_before(track, float(track[-1, AT]) - gap.since)
     if now[SPEED] == 0.0 and now[REPORTED] != then[REPORTED]:
@@ -208,7 +217,8 @@ def _blames_speed(track: Array, gap: Gap) -> bool:
     if abs(gap.moved - gap.driven) <= abs(gap.reported - gap.driven):
         return True
     stands, moves = abs(gap.reported) <= gap.most, abs(gap.moved) > gap.most
-    return stands and moves and abs(now[ASIDE] - then[ASIDE]) <= 0.2 * abs(gap.moved)
+    aside = abs(now[ASIDE] - then[ASIDE]) - SIGMAS * sqrt(2.0) * noise.across
+    return stands and moves and aside <= 0.2 * abs(gap.moved)
 
 
 def _delay(track: Array, noise: Noise) -> float | None:

@@ -110,7 +110,7 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
 def stays_put(s: ControllerState) -> bool:
     """Whether the vehicle is to stay where it stands, so that a brake may be set."""
     hold = s.task.hold
-    if hold is not None:
+    if hold is not None and (hold.docked is not None or not s.vehicle.monitor.doubt):
         return hold.docked is not None
     return s.task.phase in STAYING and s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
 

@@ -7,15 +7,17 @@ more than a third of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, radians
 
 import numpy as np
 
 from benchmarks.encounters import on_lane
-from benchmarks.foreign import Car, Ride, drive
-from benchmarks.foreign_sensors import Faulty, dead_band
-from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle
+from benchmarks.foreign import Car, Ride, Sensor, drive, state_of
+from benchmarks.foreign_sensors import Faulty, dead_band, healthy
+from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle, VehicleState
+from rti_mpcc.types import Array
+from tests.rti_mpcc.actuator_draws import NOISE
 
 AFTER = 60.0  # [s] after DOCKED
 SECONDS = 240.0  # of a ride, at most [s]
@@ -31,8 +33,8 @@ class Draw:
 
     Attributes:
         wheelbase: [m]; the rest of the body is in proportion to that of the default car.
-        tolerance: along and across [m]; dead_band: speeds below it are measured as 0 [m/s].
-        actuators: fields of a `Car`; cycle: of the loop [s].
+        tolerance: along and across [m]; dead_band: speeds below it are measured as 0 [m/s], without noise.
+        actuators: fields of a `Car`; cycle: of the loop [s]; noise: share of `NOISE`.
     """
 
     wheelbase: float
@@ -40,6 +42,7 @@ class Draw:
     dead_band: float
     actuators: dict[str, object]
     cycle: float = 0.05
+    noise: float = 0.0
 
     @property
     def scale(self) -> float:
@@ -77,10 +80,21 @@ class Draw:
             start,
             cycle=self.cycle,
             seconds=SECONDS,
-            sensor=Faulty(dead_band(self.dead_band)),
+            sensor=self._sensor(),
             goal=self.goal,
             after_docked=after,
         )
+
+    def _sensor(self) -> Sensor:
+        if not self.noise:
+            return Faulty(dead_band(self.dead_band))
+        noisy = Faulty(healthy, noise=tuple((self.noise * NOISE).tolist()))
+
+        def measured(history: Array, rng: np.random.Generator) -> VehicleState:
+            state = noisy(history, rng)
+            return replace(state, v=0.0) if abs(state_of(history[-1]).v) < self.dead_band else state
+
+        return measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
