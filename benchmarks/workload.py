@@ -21,7 +21,7 @@ from rti_mpcc import DockingController, prepare_process
 from rti_mpcc.clock import PlayedBack
 from rti_mpcc.recording import Cycle, Header, Recorder, read_recording
 from rti_mpcc.recording.contents import core_of
-from rti_mpcc.simulation import docking_controller, load_scenario, simulate
+from rti_mpcc.simulation import changed, docking_controller, load_scenario, simulate
 from rti_mpcc.types import Command
 
 SAME = 1e-9
@@ -45,8 +45,11 @@ class Drive:
 
 
 def record(name: str, most: int | None = None) -> Drive:
-    """Drive a built-in scenario in closed loop; keep the inputs of its first `most` cycles."""
+    """Drive a built-in scenario in closed loop, or only its first `most` cycles; keep their inputs."""
     scenario = load_scenario(name)
+    if most is not None:
+        seconds = min(most * scenario.simulation.cycle, scenario.simulation.duration)
+        scenario = changed(scenario, {"simulation.duration": seconds})
     with TemporaryDirectory() as folder:
         file = Path(folder) / "recording.jsonl"
         with Recorder(docking_controller(scenario), file) as recorder:
