@@ -37,6 +37,7 @@ boundary = [[-4.0, -4.0], [12.0, -4.0], [12.0, 4.0], [-4.0, 4.0]]
 pose = [1.5, 0.0, 0.0]
 body = [[4.2, -1.0], [6.0, -1.0], [6.0, 1.0], [4.2, 1.0]]
 [simulation]
+cycle = CYCLE
 duration = DURATION
 [[mission]]
 kind = "dock"
@@ -54,9 +55,9 @@ distance = -1.5
 """
 
 
-def write_mission(duration: float) -> None:
+def write_mission(duration: float, *, cycle: float = 0.05) -> None:
     """delivery.toml, in the current folder: to a dock, in contact with it, and out again."""
-    Path("delivery.toml").write_text(MISSION.replace("DURATION", str(duration)))
+    Path("delivery.toml").write_text(MISSION.replace("DURATION", str(duration)).replace("CYCLE", str(cycle)))
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -32,23 +32,33 @@ board = { x = -2.0, dictionary = "DICT_4X4_50" }
 duration = 0.5
 """
 """A scenario with a camera that is over soon."""
+NOISY = "state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]"
 
 
 @pytest.fixture(autouse=True)
 def _short(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    write_short(0.3, "state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]")
+    write_short(0.3, NOISY)
 
 
 def run(name: str = "short.toml", *options: str) -> int:
     return main(["run", name, "--no-plots", *options])
 
 
+@pytest.fixture(scope="module")
+def seven_cycles(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("recorded"))
+        write_short(0.3, NOISY)
+        assert run("short.toml", "--record", "made/run.jsonl") == 1
+        return Path("made/run.jsonl").read_bytes()
+
+
 @pytest.fixture
-def recording(capsys: pytest.CaptureFixture[str]) -> Path:
+def recording(seven_cycles: bytes) -> Path:
     """Of 7 cycles."""
-    assert run("short.toml", "--record", "made/run.jsonl") == 1
-    assert "made/run.jsonl" in capsys.readouterr().out
+    Path("made").mkdir()
+    Path("made/run.jsonl").write_bytes(seven_cycles)
     return Path("made/run.jsonl")
 
 
@@ -67,9 +77,10 @@ def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.Capt
 
 
 def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    write_mission(30.0)
+    write_mission(30.0, cycle=0.1)
     assert run("delivery.toml", "--record", "run.jsonl") == 0
     said = capsys.readouterr().out
+    assert "run.jsonl" in said
     for step in ("dock", "wait", "straight", "undock"):
         assert any(f": {step} " in line and "SUCCEEDED" in line for line in said.splitlines()), step
     cycles = read_recording("run.jsonl").cycles
