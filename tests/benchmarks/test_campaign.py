@@ -19,12 +19,12 @@ from rti_mpcc.simulation.campaign import drive_case, read_rows
 
 def test_a_study_keeps_a_row_a_case_and_reports(tmp_path: Path) -> None:
     out = str(tmp_path / "there")
-    asked = ["--count", "9", "--only", "1", "4", "--level", "hard", "--seed", "11", "--scenes", "--jobs", "1"]
+    asked = ["--count", "9", "--only", "5", "7", "--level", "hard", "--seed", "11", "--scenes", "--jobs", "1"]
     assert exit_status(parser(), [*asked, "--worst", "1", "--out", out]) == 0
     rows = {row["index"]: row for row in read_rows(Path(out))}
-    cases = {i: CampaignCase(seed=11, level=Level.HARD, index=i, problems=Problems.SCENES) for i in (1, 4)}
+    cases = {i: CampaignCase(seed=11, level=Level.HARD, index=i, problems=Problems.SCENES) for i in (5, 7)}
     assert rows.keys() == cases.keys()
-    assert json.dumps(drive_case(cases[1]).table()) == json.dumps(rows[1])
+    assert json.dumps(drive_case(cases[7]).table()) == json.dumps(rows[7])
     report = json.loads((Path(out) / "report.json").read_text())
     assert (report["settings"]["level"], report["settings"]["problems"]) == ("hard", "scenes")
     (worst,) = report["worst"]

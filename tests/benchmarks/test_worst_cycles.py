@@ -8,7 +8,7 @@ from rti_mpcc import Status
 
 
 def test_each_cycle_of_each_drive_is_timed() -> None:
-    cycles, docked = cycles_of(Problems.COURSES, 2, 3)
+    cycles, docked = cycles_of(Problems.COURSES, 2, 6)
     assert docked == 2
     assert (cycles["ms"] > 0.0).all()
     assert list(cycles.index).count(0) == 2  # each drive has a first cycle

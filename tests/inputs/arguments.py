@@ -85,6 +85,7 @@ class Door:
 ORIGIN = Pose2(0.0, 0.0, 0.0)
 PATH = ReferencePath.from_segments(ORIGIN, [(1, 0.0, 8.0), (-1, 0.1, 4.0)])
 PART = PATH.parts[0]
+SHORT = ReferencePath.from_segments(ORIGIN, [(1, 0.0, 2.0)])
 CORRIDOR = Corridor.from_offsets(
     PATH, left=4.0, right=-4.0, obstacles=[[(20.0, 0.0), (21.0, 0.0), (21.0, 1.0)]]
 )
@@ -244,7 +245,7 @@ DOORS: dict[str, Door] = {
     "Undock": door(rti_mpcc.Undock, distance=1.0, **STEP),
     "Wait": door(Wait, seconds=1.0, **STEP, until=bool),
     "config_for_docking_time": door(
-        rti_mpcc.config_for_docking_time, seconds=40.0, path=PATH, config=CONFIG, goal=None, corridor=None
+        rti_mpcc.config_for_docking_time, seconds=8.0, path=SHORT, config=CONFIG, goal=None, corridor=None
     ),
     "expected_docking_time": door(
         rti_mpcc.expected_docking_time, path=PATH, config=CONFIG, goal=None, corridor=None

@@ -40,10 +40,11 @@ from rti_mpcc import (
 )
 
 FOLDER = Path(sys.argv[1])
-CONFIG = ControllerConfig(cycle=0.05, comfort_acceleration=1.2)
-PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+CONFIG = ControllerConfig(cycle=0.1, comfort_acceleration=1.2)
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 8.0)])
+LONG = ReferencePath.from_segments(PATH.start, [(1, 0.0, 20.0)])
 YARD = Area(boundary=[(-8.0, -8.0), (32.0, -8.0), (32.0, 8.0), (-8.0, 8.0)])
-THERE_AND_BACK = ReferencePath.from_segments(PATH.start, [(1, 0.0, 8.0), (-1, 0.1, 8.0)])
+THERE_AND_BACK = ReferencePath.from_segments(PATH.start, [(1, 0.0, 4.0), (-1, 0.1, 4.0)])
 BESIDE = [(4.0, 2.0), (5.0, 2.0), (5.0, 3.0), (4.0, 3.0)]
 """An obstacle that is passed,"""
 ACROSS = [(12.0, -8.0), (12.5, -8.0), (12.5, 2.5), (12.0, 2.5)]
@@ -98,7 +99,7 @@ class Ride:
         end = self.now + seconds
         while self.now < end:
             if self.sees:
-                given["measurements"] = [GoalMeasurement(stamp=self.now, x=20.2, y=0.1, phi=0.02)]
+                given["measurements"] = [GoalMeasurement(stamp=self.now, x=8.2, y=0.1, phi=0.02)]
             with self.watch.cycle():
                 command: Command = self.driver.step(self.state, now=self.now, **given)
             if happened(command):
@@ -141,7 +142,7 @@ def first_detection(ride: Ride | None = None) -> tuple[Ride, bool]:
     ride.until(lambda command: ride.state.x > 1.0)
     ride.sees = True
     docked = ride.until(lambda command: command.docked)
-    return ride, docked and ride.state.x > 20.1
+    return ride, docked and ride.state.x > 8.1
 
 
 def first_obstacle() -> tuple[Ride, bool]:
@@ -156,7 +157,7 @@ def first_change_of_direction() -> tuple[Ride, bool]:
 
 
 def first_replan() -> tuple[Ride, bool]:
-    ride = on_path()
+    ride = on_path(LONG)
     docked = ride.until(lambda command: command.docked, obstacles=[ACROSS])
     return ride, docked and ride.driver.replans > 0
 
@@ -182,7 +183,7 @@ def first_steps() -> tuple[Ride, bool]:
 
 def first_steps_in_an_area() -> tuple[Ride, bool]:
     controller = DockingController.in_area(YARD, CONFIG)
-    steps = [DriveTo(Pose2(6.0, 1.0, 0.0)), Straight(1.0), Wait(0.1), Undock(2.0)]
+    steps = [DriveTo(Pose2(5.0, 0.5, 0.0)), Straight(0.5), Wait(0.1), Undock(1.0)]
     return driven(steps, controller, started(controller))
 
 
@@ -194,7 +195,7 @@ def driven(steps: list[Any], controller: DockingController, ride: Ride) -> tuple
 
 def first_plan_in_an_area(area: Area = YARD) -> tuple[Ride, bool]:
     ride = started(DockingController.in_area(area, CONFIG))
-    return ride, ride.until(lambda command: command.docked, goal=Pose2(12.0, 3.0, 1.0))
+    return ride, ride.until(lambda command: command.docked, goal=Pose2(8.0, 2.0, 0.5))
 
 
 def first_plan_on_a_map() -> tuple[Ride, bool]:

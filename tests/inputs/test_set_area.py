@@ -77,8 +77,13 @@ def test_a_door_that_closes_is_not_driven_through() -> None:
     assert abs(drive.states[-1, 3]) < 0.01
 
 
+@pytest.fixture(scope="module")
+def usual() -> Drive:
+    return ride(ROOMS, lambda now: None)
+
+
 @pytest.mark.parametrize("again", ["the same", "equal", "with noise of a centimetre"])
-def test_the_same_area_changes_no_command(again: str) -> None:
+def test_the_same_area_changes_no_command(again: str, usual: Drive) -> None:
     random = np.random.default_rng(0)
 
     def area_at(now: float) -> Area:
@@ -90,7 +95,7 @@ def test_the_same_area_changes_no_command(again: str) -> None:
             obstacles=[each + random.uniform(-noise, noise, each.shape) for each in ROOMS.obstacles],
         )
 
-    np.testing.assert_array_equal(ride(ROOMS, area_at).commanded(), ride(ROOMS, lambda now: None).commanded())
+    np.testing.assert_array_equal(ride(ROOMS, area_at).commanded(), usual.commanded())
 
 
 def test_it_is_recorded_and_replayed(tmp_path: Path) -> None:

@@ -68,8 +68,10 @@ class Figures:
     ride: Ride
 
 
-def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -> Figures:
-    """A ride with default settings, or with `actuators` given."""
+def driven(
+    case: Case, actuators: ActuatorModel | None = None, seconds: float = 120.0, **changes: Any
+) -> Figures:
+    """A ride with default settings, or with `actuators` given; `seconds`: at most [s]."""
     scenario = load_scenario(case.scene)
     changes = {"actuators": actuators or ActuatorModel(), "deadline": None} | changes
     config = scenario.controller_config().changed(**changes)
@@ -79,7 +81,7 @@ def driven(case: Case, actuators: ActuatorModel | None = None, **changes: Any) -
         Car.driven_by(config, interface=case.interface, **case.actuators),
         scenario.start_pose() if scenario.in_area else scenario.build_path().start,
         cycle=config.cycle,
-        seconds=120.0,
+        seconds=seconds,
         sensor=Faulty(healthy, noise=tuple((case.noise * NOISE).tolist())),
         goal=goal,
         seed=case.seed,

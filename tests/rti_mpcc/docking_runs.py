@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -121,14 +122,7 @@ class Wrapped:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
 
-    def step(
-        self,
-        state: VehicleState,
-        *,
-        now: float,
-        goal: Pose2 | None = None,
-        **told: Any,
-    ) -> Command:
+    def step(self, state: VehicleState, *, now: float, goal: Pose2 | None = None, **told: Any) -> Command:
         state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
         if goal is not None:
             goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
@@ -229,19 +223,24 @@ def drive(
     goal_at: Callable[[float], Pose2 | None] | None = None,
     controller: Controller | None = None,
     start: PlantState | None = None,
+    after_docking: float = inf,
 ) -> Iterator[tuple[PlantState, Command]]:
     """The true state that each cycle measures, and its command, for `seconds` [s] whatever happens.
 
-    The plant begins at `start`, by default at rest at the begin of the path.
+    Or until it has stayed docked for `after_docking` [s]. The plant begins at `start`, by default at rest at
+    the begin of the path.
     """
     path, simulation = scenario.build_path(), scenario.simulation
     controller = controller or docking_controller(scenario)
     parameters = scenario.plant_parameters()
-    plant = start or PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+    plant, docked = start or PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi), 0.0
     for cycle in range(round(seconds / simulation.cycle)):
         plant = advance(plant, parameters, cycle * simulation.cycle)
         state = plant.measured
         goal = scenario.goal_pose() if goal_at is None else goal_at(plant.time)
         command = controller.step(state, now=plant.time, goal=goal)
         yield plant, command
+        if command.docked and docked >= after_docking:
+            return
+        docked = docked + simulation.cycle if command.docked else 0.0
         plant = obeyed(plant, command, parameters)

@@ -36,7 +36,7 @@ def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_docked_run_prints_a_table_writes_its_files_and_exits_0(capsys: pytest.CaptureFixture[str]) -> None:
-    write_short(30.0)
+    write_short(30.0, "cycle = 0.1\n")
     assert main(["run", "short.toml"]) == 0
     said = capsys.readouterr()
     assert ("time to dock" in said.out, said.err) == (True, "")
@@ -66,7 +66,7 @@ def test_goal_source_without_detections_is_refused(capsys: pytest.CaptureFixture
 @pytest.mark.parametrize(("ahead", "status"), [(3.0, 0), (0.02, 1)])
 def test_contact_exits_1_even_when_docked(ahead: float, status: int) -> None:
     """For two seconds something is so far [m] ahead of the vehicle: less than it needs to stop."""
-    write_short(40.0, f'\n[[faults]]\nkind = "blocked"\nfrom = 4.0\nto = 6.0\nsize = {ahead}\n')
+    write_short(40.0, f'cycle = 0.1\n[[faults]]\nkind = "blocked"\nfrom = 4.0\nto = 6.0\nsize = {ahead}\n')
     assert main(["run", "short.toml", "--no-plots"]) == status
     assert figures()["docked"]
     assert (figures()["min_clearance_m"] < 0.0) == (status == 1)

@@ -12,6 +12,7 @@ import pytest
 from rti_mpcc import Command, VehicleState
 from rti_mpcc.simulation import Scenario, changed, driver_of, load_scenario, simulate, summary
 from tests.lists import acceptance
+from tests.rti_mpcc.docking_runs import short as brief
 from tests.rti_mpcc.short_missions import short
 
 
@@ -37,14 +38,15 @@ def pickled(driver: Any) -> Any:
 @pytest.mark.parametrize(
     ("name", "copied"),
     [
-        ("docking_inside", pickled),
+        ("short", pickled),
+        acceptance("docking_inside", pickled),
         acceptance("bay_perpendicular", copy.deepcopy),
         acceptance("docking_noisy", pickled),
         acceptance("docking_full_course", copy.deepcopy),
     ],
 )
 def test_a_ride_of_copies_is_as_good(name: str, copied: Callable[[Any], Any]) -> None:
-    scenario = load_scenario(name)
+    scenario = brief() if name == "short" else load_scenario(name)
     usual, ride = (
         summary(simulate(scenario)),
         summary(simulate(scenario, controller=Copying(driver_of(scenario), copied))),

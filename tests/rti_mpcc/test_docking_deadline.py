@@ -17,7 +17,7 @@ from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller
 from rti_mpcc.simulation.faults import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
-from tests.lists import some_of
+from tests.lists import acceptance, some_of
 from tests.rti_mpcc.docking_runs import (
     Clocked,
     Obstacles,
@@ -41,7 +41,8 @@ Run = list[tuple[PlantState, Command]]
 
 def run_with(clock_at: Callable[[float], CycleClock | None], seconds: float) -> Run:
     scenario = short()
-    return list(drive(scenario, seconds, controller=Clocked(docking_controller(scenario), clock_at)))
+    controller = Clocked(docking_controller(scenario), clock_at)
+    return list(drive(scenario, seconds, controller=controller, after_docking=2.0))
 
 
 def at(time: float, clock: Callable[[], CycleClock]) -> Callable[[float], CycleClock]:
@@ -186,16 +187,18 @@ def assert_gentle(result: RunResult) -> None:
     assert Status.FAILED not in result.cycles.status
 
 
-@pytest.mark.parametrize(("ahead", "speed"), [(30.0, 1.2), (22.0, 0.8)])
+@pytest.mark.parametrize(("ahead", "speed"), [acceptance(30.0, 1.2), (22.0, 0.8)])
 def test_cycles_without_time_cost_nothing_while_somebody_crosses(ahead: float, speed: float) -> None:
     """The last plan is driven on as far as a plan of its cycle would be; who yields goes on doing so."""
 
     def somebody(now: float) -> Obstacles:
         return [square(ahead, -7.0 + speed * now, 0.6)]
 
-    usual = docking_figures(simulate(straight(1), obstacles_at=somebody))
+    usual = docking_figures(simulate(straight(1, 30.0), obstacles_at=somebody))
     result, found = limited(
-        straight(1), lambda now: granting(0 if round(now / CYCLE) % 5 == 4 else PLENTY), obstacles_at=somebody
+        straight(1, 30.0),
+        lambda now: granting(0 if round(now / CYCLE) % 5 == 4 else PLENTY),
+        obstacles_at=somebody,
     )
     assert_gentle(result)
     assert found["docked"]
@@ -207,7 +210,7 @@ def test_cycles_without_time_cost_nothing_while_somebody_crosses(ahead: float, s
 def test_who_yields_and_never_has_time_again_stands_and_fails(ends: float) -> None:
     """From when the way is blocked, and from when it is clear again."""
     result, _ = limited(
-        straight(1), lambda now: granting(PLENTY if now < ends else 0),
+        straight(1, duration=ends + 15.0), lambda now: granting(PLENTY if now < ends else 0),
         obstacles_at=lambda now: [square(22.0, -7.0 + 0.9 * now, 0.6)],
     )  # fmt: skip
     statuses = result.cycles.status

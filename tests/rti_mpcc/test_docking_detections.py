@@ -49,7 +49,7 @@ def noisy(**measurement: Any) -> Scenario:
 
 @pytest.mark.parametrize("seed", some_of(range(3), 3))
 def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
-    result = simulate(load_scenario("docking_noisy"), seed=seed)
+    result = simulate(changed(load_scenario("docking_noisy"), {"simulation.cycle": 0.1}), seed=seed)
     assert_docked(result)
     outcomes = [judged.outcome for judged in detections_of(result.cycles)]
     assert outcomes.count(Outcome.ACCEPTED) > 0.9 * len(outcomes)

@@ -13,7 +13,7 @@ from benchmarks.problems.variants import mirrored, turned_round
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.simulation import Scenario, simulate, summary
+from rti_mpcc.simulation import RunResult, Scenario, simulate, summary
 from rti_mpcc.simulation.metrics import errors_to
 from rti_mpcc.simulation.scenario import changed, load_scenario, save_scenario
 from tests.lists import some_of
@@ -48,23 +48,27 @@ def scenario() -> Scenario:
     return forklift()
 
 
-def test_the_forks_dock_where_a_rectangle_would_not_fit(scenario: Scenario) -> None:
-    result = simulate(scenario)
-    figures = summary(result)  # shapely's clearance of the outline
+@pytest.fixture(scope="module")
+def usual(scenario: Scenario) -> RunResult:
+    return simulate(scenario)
+
+
+def test_the_forks_dock_where_a_rectangle_would_not_fit(scenario: Scenario, usual: RunResult) -> None:
+    figures = summary(usual)  # shapely's clearance of the outline
     assert figures["docked"]
     assert figures["min_clearance_m"] > 0.5 * ROOM
     assert figures["fallback_cycles"] == 0
     box = Vehicle(wheelbase=1.1, width=1.2, front=2.2, rear=0.4)
-    bodies = shapely.polygons(body_polygons(result.truth.poses[-1:], box))
+    bodies = shapely.polygons(body_polygons(usual.truth.poses[-1:], box))
     assert scenario.corridor is not None
     assert any(shapely.Polygon(each).intersects(bodies[0]) for each in scenario.corridor.obstacles)
 
 
 @pytest.mark.parametrize("variant", some_of([mirrored, turned_round]))
 def test_it_docks_as_well_mirrored_and_the_other_way_round(
-    variant: Callable[[Scenario], Scenario], scenario: Scenario
+    variant: Callable[[Scenario], Scenario], scenario: Scenario, usual: RunResult
 ) -> None:
-    usual, other = simulate(scenario), simulate(variant(scenario))
+    other = simulate(variant(scenario))
     assert summary(other)["docked"]
     assert summary(other)["time_to_dock_s"] == pytest.approx(summary(usual)["time_to_dock_s"], abs=0.1)
     last = np.abs([errors_to(one.truth.goals, one.truth.poses)[-1] for one in (usual, other)])

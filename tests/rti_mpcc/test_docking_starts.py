@@ -91,12 +91,7 @@ def driven(name: str, direction: int) -> Run:
     theta = min(max(start.theta, part.start), part.end)
     pose = part.pose(theta).compose(Pose2(d * (start.theta - theta), across, d * turned))
     plant = PlantState(x=pose.x, y=pose.y, phi=pose.phi, v=d * start.speed, delta=d * start.steering)
-    run: list[tuple[PlantState, Command]] = []
-    for entry in drive(scenario, 40.0, start=plant):
-        run.append(entry)
-        if entry[1].docked:
-            break
-    return tuple(run)
+    return tuple(drive(scenario, 40.0, start=plant, after_docking=0.0))
 
 
 def cases() -> list[Any]:

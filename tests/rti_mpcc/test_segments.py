@@ -17,8 +17,10 @@ from rti_mpcc.simulation import RunResult, simulate
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import on_segments
 
-ONE_CUSP = [(1, 0.05, 12.0), (-1, 0.0, 12.0)]
-SCENARIO = on_segments(ONE_CUSP, goal={"offset": [0.0, 0.2, 0.0]}, simulation={"duration": 90.0})
+ONE_CUSP = [(1, 0.05, 8.0), (-1, 0.0, 8.0)]
+SCENARIO = on_segments(
+    ONE_CUSP, goal={"offset": [0.0, 0.2, 0.0]}, simulation={"duration": 90.0, "cycle": 0.1}
+)
 PATH = SCENARIO.build_path()
 CONFIG = SCENARIO.controller_config()
 

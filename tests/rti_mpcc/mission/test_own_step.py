@@ -31,7 +31,8 @@ def turn_around() -> Iterator[type[Step]]:
 
 
 def tables(**step: Any) -> dict[str, Any]:
-    return area_tables() | {"mission": [{"kind": "turn_around", **step}], "simulation": {"duration": 90.0}}
+    mission, run = [{"kind": "turn_around", **step}], {"cycle": 0.1, "duration": 90.0}
+    return area_tables() | {"mission": mission, "simulation": run}
 
 
 def test_a_file_gives_its_keys_and_it_is_driven(turn_around: type[Step], tmp_path: Path) -> None:

@@ -16,10 +16,10 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.ocp.objectives import CONTOURING, Linearised
 from rti_mpcc.ocp.stage_cost import QuadraticCost, add_residual
 from rti_mpcc.recording import Recorder, read_recording, replay
-from rti_mpcc.simulation import RunResult, load_scenario, simulate, summary
+from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate, summary
 from tests.rti_mpcc.own_code import shown_class
 
-SCENARIO = load_scenario("docking_inside")
+SCENARIO = changed(load_scenario("docking_inside"), {"simulation.cycle": 0.1})
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +41,12 @@ def driven(config: ControllerConfig, file: Path | None = None) -> RunResult:
         return simulate(SCENARIO, controller=controller)
     with Recorder(controller, file) as recorder:
         return simulate(SCENARIO, controller=recorder)
+
+
+@pytest.fixture(scope="module")
+def usual() -> RunResult:
+    """Without the term."""
+    return driven(SCENARIO.controller_config())
 
 
 def lateral_jerk(result: RunResult) -> float:
@@ -86,8 +92,8 @@ def test_its_gradient_is_that_of_its_cost(kind: Any) -> None:
     assert (found.control_hessian >= 0.0).all()
 
 
-def test_it_changes_the_ride_and_a_recording_holds_it(kind: Any, tmp_path: Path) -> None:
-    usual, file = driven(SCENARIO.controller_config()), tmp_path / "own.jsonl"
+def test_it_changes_the_ride_and_a_recording_holds_it(kind: Any, usual: RunResult, tmp_path: Path) -> None:
+    file = tmp_path / "own.jsonl"
     calm = driven(with_term(kind(weight=300.0)), file)
     assert summary(calm)["docked"]
     assert lateral_jerk(calm) < 0.8 * lateral_jerk(usual)
@@ -96,11 +102,9 @@ def test_it_changes_the_ride_and_a_recording_holds_it(kind: Any, tmp_path: Path)
     assert term == kind(weight=300.0)
 
 
-def test_no_weight_is_no_term(kind: Any) -> None:
+def test_no_weight_is_no_term(kind: Any, usual: RunResult) -> None:
     none = driven(with_term(kind(weight=0.0)))
-    assert (
-        none.cycles.acceleration.tolist() == driven(SCENARIO.controller_config()).cycles.acceleration.tolist()
-    )
+    assert none.cycles.acceleration.tolist() == usual.cycles.acceleration.tolist()
 
 
 def test_wrong_settings_are_named(kind: Any) -> None:

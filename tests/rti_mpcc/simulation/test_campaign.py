@@ -32,15 +32,19 @@ def by_index(folder: Path, file: str = "rows.jsonl") -> dict[int, dict[str, Any]
     return {row["index"]: row for row in rows}
 
 
+@pytest.fixture(scope="module")
+def expected() -> dict[int, dict[str, Any]]:
+    return {case.index: drive_case(case).table() for case in CASES[:3]}
+
+
 @pytest.mark.parametrize("how", ["one process", "two processes", acceptance("dask")])
 def test_rows_are_the_same_whatever_drives_them(
-    how: str, tmp_path: Path, request: pytest.FixtureRequest
+    how: str, expected: dict[int, dict[str, Any]], tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     address = request.getfixturevalue("cluster") if how == "dask" else None
     jobs = {"one process": 1, "two processes": 2, "dask": None}[how]
     done: list[int] = []
     run_campaign(CASES[:3], tmp_path, jobs=jobs, dask=address, progress=lambda now, total: done.append(now))
-    expected = {case.index: drive_case(case).table() for case in CASES[:3]}
     found = by_index(tmp_path)
     assert found.keys() == expected.keys()
     for index, row in found.items():

@@ -49,11 +49,7 @@ def extent(outline: Array) -> tuple[float, float, float, float]:
     ids=["ahead", "in reverse", "behind the end", "the vehicle behind the end"],
 )
 def test_along_a_path_it_reaches_to_the_boundaries(
-    straight: Scenario,
-    segment: dict[str, Any],
-    at: tuple[float, float, float],
-    gap: float,
-    near: float,
+    straight: Scenario, segment: dict[str, Any], at: tuple[float, float, float], gap: float, near: float
 ) -> None:
     outline = put(changed(straight, {"path.segments": [segment]}), Scripted(script=still), gap, *at)
     left, right, beside = near, near + segment["direction"] * THICKNESS, 3.0 if abs(near) < 10.0 else ACROSS
@@ -146,12 +142,13 @@ def test_the_clearance_is_to_where_a_moving_obstacle_is_at_that_time(straight: S
 
 @pytest.mark.parametrize("velocity", some_of([[0.0, -0.6], [-0.4, 0.0]]), ids=["crosses", "comes towards"])
 def test_a_moving_obstacle_is_waited_for_and_not_touched(straight: Scenario, velocity: list[float]) -> None:
-    lane = {"path.segments": [{"direction": 1, "curvature": 0, "length": 20}], "corridor.left": 6.0}
+    lane = {"path.segments": [{"direction": 1, "curvature": 0, "length": 16}], "corridor.left": 6.0}
     there = {"crosses": [[9.0, 4.0], [10.0, 4.0], [10.0, 5.0], [9.0, 5.0]]}.get(
         "crosses" if velocity[1] else "", [[19.0, 3.5], [20.0, 3.5], [20.0, 4.5], [19.0, 4.5]]
     )
     cart = {"polygon": there, "velocity": velocity, "name": "cart"}
-    result = simulate(changed(straight, {**lane, "moving": [cart], "simulation.duration": 60.0}))
+    coarse = {"simulation.duration": 60.0, "simulation.cycle": 0.1}
+    result = simulate(changed(straight, {**lane, "moving": [cart], **coarse}))
     figures = summary(result)
     assert figures["docked"]
     assert figures["min_clearance_m"] > 0.0
