@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import product
+from typing import Any
+
 import numpy as np
 import pytest
 
 from benchmarks.measure_narrow import LANE_ROOM, VEHICLE, bay, before_a_wall, lanes
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.simulation import Scenario, simulate, summary
+from tests.lists import in_fast_suite
 
 
 def room_at_the_goal(scenario: Scenario) -> float:
@@ -35,11 +39,10 @@ def test_lanes_leave_so_much_room() -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.acceptance) for seed in range(1, 12))]
+    ("draw", "seed"), in_fast_suite([(before_a_wall, 0)], product([bay, before_a_wall], range(12)))
 )
-def test_it_docks_with_a_tenth_of_a_metre(seed: int) -> None:
-    for draw in (bay, before_a_wall):
-        found = summary(simulate(draw(np.random.default_rng(100 + seed), 0.1)))
-        assert found["docked"]
-        assert found["min_clearance_m"] > 0.03
-        assert found["fallback_cycles"] == 0
+def test_it_docks_with_a_tenth_of_a_metre(draw: Any, seed: int) -> None:
+    found = summary(simulate(draw(np.random.default_rng(100 + seed), 0.1)))
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.03
+    assert found["fallback_cycles"] == 0

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.lists import in_fast_suite
+
 FOLDER = Path(__file__).parents[2] / "examples"
 NAMES = (
     "charuco_docking",
@@ -24,13 +26,7 @@ def test_there_are_no_other_examples() -> None:
     assert sorted(file.stem for file in FOLDER.glob("*.py")) == list(NAMES)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        name if name == "dock_with_python" else pytest.param(name, marks=pytest.mark.acceptance)
-        for name in NAMES
-    ],
-)
+@pytest.mark.parametrize("name", in_fast_suite(["dock_with_python"], NAMES))
 def test_an_example_docks_and_says_so(
     name: str, elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

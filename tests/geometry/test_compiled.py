@@ -25,6 +25,7 @@ from geometry import compiled
 from geometry.arrays import Array
 from rti_mpcc.cli import main
 from rti_mpcc.kernels import make_ready
+from tests.lists import acceptance
 
 SOURCE = """
 from __future__ import annotations
@@ -254,7 +255,9 @@ def test_without_a_home_directory_nothing_is_kept(
     assert value(module) == 30.0
 
 
-@pytest.mark.parametrize(("count", "environment"), [(4, {}), (1, {"NUMBA_DISABLE_JIT": "1"})])
+@pytest.mark.parametrize(
+    ("count", "environment"), [(2, {}), (1, {"NUMBA_DISABLE_JIT": "1"}), acceptance(4, {})]
+)
 def test_processes_share_a_directory_and_uncompiled_kernels_are_plain_python(
     folder: Path, tmp_path: Path, count: int, environment: dict[str, str]
 ) -> None:

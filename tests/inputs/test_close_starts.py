@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import pi
 from typing import Any
 
@@ -12,7 +13,7 @@ from geometry import Area, Pose2
 from rti_mpcc import Clearance, ControllerConfig, DockingController, Status, Vehicle, plan_manoeuvre
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.model.footprint import body_of
-from tests.lists import some_of
+from tests.lists import in_fast_suite, some_of
 from tests.rti_mpcc.yards import BRISK, START, YARD, Driver, block
 
 VEHICLE = Vehicle()
@@ -64,9 +65,11 @@ def test_a_route_leads_away_and_never_nearer(place: str, gap: float) -> None:
     assert apart[left:].min() >= HARD - 1e-3
 
 
+FAST = [("before", "step"), ("behind", "area"), ("beside", "step"), ("along", "area")]
+
+
 @pytest.mark.parametrize("gap", some_of([0.01, 0.03]))
-@pytest.mark.parametrize("given", ["area", "step"])
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize(("place", "given"), in_fast_suite(FAST, product(PLACES, ("area", "step"))))
 def test_it_drives_off_and_docks(place: str, given: str, gap: float) -> None:
     thing = np.array(PLACES[place](gap))
     area = YARD.with_obstacles([thing]) if given == "area" else YARD

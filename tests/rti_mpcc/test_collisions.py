@@ -20,7 +20,7 @@ def test_the_promises_hold_for_what_appears_anywhere(seed: int) -> None:
     keep_promises(seed)
 
 
-@pytest.mark.parametrize("number", some_of([0, 1]))
+@pytest.mark.parametrize("number", some_of([1, 0]))
 @pytest.mark.parametrize("lag", some_of([0.2, 0.0]))
 def test_nobody_who_walks_in_plain_sight_is_run_into(number: int, lag: float) -> None:
     _, found = meet(number, 31, lag=lag)

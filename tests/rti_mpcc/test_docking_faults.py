@@ -9,7 +9,7 @@ import pytest
 from rti_mpcc.simulation import load_scenario, simulate
 from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Status
-from tests.lists import acceptance
+from tests.lists import acceptance, in_fast_suite
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.fault_runs import braked, check_all, contact_speed, with_fault
 
@@ -17,10 +17,7 @@ from tests.rti_mpcc.fault_runs import braked, check_all, contact_speed, with_fau
 USUAL = ("nan_state", "solver_fail", "stuck_steering")
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [kind if kind in USUAL else acceptance(kind) for kind in get_args(Kind)],
-)
+@pytest.mark.parametrize("kind", in_fast_suite(USUAL, get_args(Kind)))
 def test_it_docks_when_the_fault_is_over(kind: str) -> None:
     result = simulate(with_fault(short(), kind, 5.0, 1.0))
     check_all(result)
@@ -31,11 +28,7 @@ def test_it_docks_when_the_fault_is_over(kind: str) -> None:
 @pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("scenario", "begin", "gap"),
-    [
-        ("short", 5.0, 0.2),
-        acceptance("short", 5.0, 0.45),
-        acceptance("docking_full_course", 30.0, 0.1),
-    ],
+    [("short", 5.0, 0.2), acceptance("short", 5.0, 0.45), acceptance("docking_full_course", 30.0, 0.1)],
 )
 def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(
     scenario: str, begin: float, gap: float

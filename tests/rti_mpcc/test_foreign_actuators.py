@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from benchmarks.foreign import Car, Interface, Ride, drive
 from rti_mpcc import ActuatorModel, Area, DockingController, Pose2
-from tests.lists import some_of
+from tests.lists import acceptance, in_fast_suite, some_of
 from tests.rti_mpcc.actuator_draws import Case, case, driven
 
 EXACT = dict.fromkeys(("drive_dead_time", "steering_dead_time", "drive_lag", "steering_lag"), 0.0)
@@ -24,20 +26,21 @@ def corrections(ride: Ride) -> list[str]:
 
 
 UNKNOWN = (
-    vehicle("rates", 0.5, drive_lag=0.5, drive_dead_time=0.1),
-    vehicle("rates", 0.5, steering_lag=0.5, steering_dead_time=0.3),
-    vehicle("setpoints", 0.5, drive_lag=0.3, steering_lag=0.1),
-    vehicle("setpoints", 0.5, drive_lag=0.5, drive_dead_time=0.2, steering_lag=0.3),
+    (vehicle("rates", 0.5, drive_lag=0.5, drive_dead_time=0.1), 27.4),
+    (vehicle("rates", 0.5, steering_lag=0.5, steering_dead_time=0.3), 27.7),
+    (vehicle("setpoints", 0.5, drive_lag=0.3, steering_lag=0.1), 27.4),
+    (vehicle("setpoints", 0.5, drive_lag=0.5, drive_dead_time=0.2, steering_lag=0.3), 27.6),
 )
+"""Each with 1.15 times the time that its ride takes where the actuators are given [s]."""
 
 
-@pytest.mark.parametrize("unknown", some_of(UNKNOWN))
-def test_a_vehicle_of_unknown_lag_docks_and_stays(unknown: Case) -> None:
-    found, known = driven(unknown), driven(unknown, unknown.told)
+@pytest.mark.parametrize(("unknown", "within"), some_of(UNKNOWN))
+def test_a_vehicle_of_unknown_lag_docks_and_stays(unknown: Case, within: float) -> None:
+    found = driven(unknown)
     assert found.docked
     assert found.moved <= 0.025
     assert found.peak <= 1.25
-    assert found.seconds <= 1.15 * known.seconds
+    assert found.seconds <= within
 
 
 def test_what_was_corrected_is_said_once() -> None:
@@ -46,8 +49,10 @@ def test_what_was_corrected_is_said_once() -> None:
     assert said[-1].count("corrected") == 1
 
 
-@pytest.mark.parametrize("interface", ["rates", "setpoints"])
-@pytest.mark.parametrize("noise", [0.0, 2.0])
+@pytest.mark.parametrize(
+    ("interface", "noise"),
+    in_fast_suite([("rates", 2.0), ("setpoints", 0.0)], product(["rates", "setpoints"], [0.0, 2.0])),
+)
 def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noise: float) -> None:
     """Neither exact measurements nor noise are taken for lag."""
     found = driven(vehicle(interface, noise))
@@ -64,7 +69,7 @@ def test_a_creep_torque_that_is_felt_at_its_end_is_no_lag() -> None:
 
 
 @pytest.mark.parametrize(
-    ("cycle", "late", "told"), [(0.15, 0.0, True), (0.2, 0.18, False), (0.02, 0.18, False)]
+    ("cycle", "late", "told"), [(0.15, 0.0, True), (0.2, 0.18, False), acceptance(0.02, 0.18, False)]
 )
 def test_a_vehicle_docks_and_stays_whatever_its_cycle(cycle: float, late: float, told: bool) -> None:
     slow = {"drive_lag": 0.3, "steering_lag": 0.3, "steering_dead_time": late}
@@ -94,13 +99,13 @@ def test_the_end_of_a_creep_torque_is_no_lag() -> None:
 
 def test_a_drive_that_waits_is_told_to_stay_as_it_is() -> None:
     late = vehicle("setpoints", steering_dead_time=0.2)
-    waits = driven(late, ActuatorModel(steering_dead_time=0.2)).ride.commands[:4]
+    waits = driven(late, ActuatorModel(steering_dead_time=0.2), seconds=0.2).ride.commands
     assert [(command.acceleration, command.speed) for command in waits] == [(0.0, 0.0)] * 4
 
 
 def test_set_points_are_continuous() -> None:
     """From one cycle to the next they change by what the commanded rates change them."""
-    done = driven(vehicle("setpoints", 1.0, drive_lag=0.3)).ride
+    done = driven(vehicle("setpoints", 1.0, drive_lag=0.3), seconds=12.0).ride
     speeds, steering = np.array([(c.speed, c.steering) for c in done.commands]).T
     asked = np.array([(c.acceleration, c.steering_rate) for c in done.commands]).T * 0.05
     assert np.abs(np.diff(speeds) - asked[0, 1:]).max() <= 0.02
@@ -108,24 +113,25 @@ def test_set_points_are_continuous() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "told"),
+    ("seed", "told", "within"),
     [
-        (4_700_003, False),  # what is learnt of the drive while it swings at rest
-        (4_700_024, False),  # commands under way when the steering is found to lag are counted once
-        (4_700_029, False),  # set-points that are held: what lag left in the disturbance is not in them
-        (4_700_066, False),  # a drive later by 0.15 s, seen in a gentle ride only
-        (4_700_077, True),  # a steering that waits for the drive, from the first command on
-        (4_700_143, False),  # the same, once the drive is found to be later
-        (4_700_083, False),  # a speed that lags behind the commands has not leapt
-        (4_700_105, False),  # given as they are, nothing is corrected, from the first command on
-        (4_700_037, False),  # a smooth ride by set-points: rates would need a slope and a drag to explain it
+        (4_700_003, False, 22.3),  # what is learnt of the drive while it swings at rest
+        (4_700_024, False, 33.5),  # commands under way when the steering is found to lag are counted once
+        (4_700_029, False, 23.4),  # set-points that are held: what lag left in the disturbance is not in them
+        (4_700_066, False, 22.3),  # a drive later by 0.15 s, seen in a gentle ride only
+        (4_700_077, True, 22.7),  # a steering that waits for the drive, from the first command on
+        acceptance(4_700_143, False, 27.6),  # the same, once the drive is found to be later
+        (4_700_083, False, 27.8),  # a speed that lags behind the commands has not leapt
+        (4_700_105, True, 27.6),  # given as they are, nothing is corrected, from the first command on
+        (4_700_037, False, 27.7),  # a smooth ride by set-points: rates would need a slope and a drag for it
     ],
 )
-def test_a_vehicle_docks_in_one_go_whatever_its_lag(seed: int, told: bool) -> None:
+def test_a_vehicle_docks_in_one_go_whatever_its_lag(seed: int, told: bool, within: float) -> None:
+    """Within 1.15 times the time [s] where the actuators are given; tests/acceptance drives both."""
     drawn = case(seed)
-    found, known = driven(drawn, drawn.told if told else None), driven(drawn, drawn.told)
+    found = driven(drawn, drawn.told if told else None)
     assert (found.docked, found.touched) == (True, False)
-    assert found.seconds <= 1.15 * known.seconds
+    assert found.seconds <= within
     said = "; ".join(command.diagnostics.reason for command in found.ride.commands)
     assert not any(words in said for words in ("does not follow", "leapt"))
-    assert not corrections(known.ride)
+    assert not (told and corrections(found.ride))

@@ -23,6 +23,7 @@ from rti_mpcc import (
     VehicleState,
 )
 from rti_mpcc.types import Array
+from tests.lists import acceptance
 from tests.rti_mpcc.hold_draws import GOAL, Draw, draws, stay_of
 
 PLAIN = Draw(wheelbase=2.875, tolerance=0.05, dead_band=0.0, actuators={})
@@ -34,11 +35,11 @@ SWINGING: dict[str, object] = {"drive_lag": 0.495, "slope": -0.046, "uphill": 3.
 @pytest.mark.parametrize(
     "draw",
     [
-        replace(PLAIN, actuators=UPHILL),
-        replace(PLAIN, actuators={"drive_lag": 0.3}),
-        replace(PLAIN, actuators={"creep": 0.3}),
+        acceptance(replace(PLAIN, actuators=UPHILL)),
+        acceptance(replace(PLAIN, actuators={"drive_lag": 0.3})),
+        acceptance(replace(PLAIN, actuators={"creep": 0.3})),
         replace(PLAIN, actuators={"drive_lag": 0.3}, cycle=0.03),
-        replace(PLAIN, dead_band=0.1),
+        acceptance(replace(PLAIN, dead_band=0.1)),
         replace(PLAIN, tolerance=0.005),
         replace(PLAIN, wheelbase=0.5, tolerance=0.02, actuators=UPHILL),
         # The speed that is measured says that it stands, and so that the commands balance what acts.

@@ -14,6 +14,7 @@ from rti_mpcc import ControllerConfig, DockingController, VehicleState
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import load_scenario
+from tests.lists import acceptance
 
 TRUE = {"drive_dead_time": 0.12, "drive_lag": 0.33, "steering_dead_time": 0.07, "steering_lag": 0.21}
 
@@ -34,7 +35,7 @@ def recorded(file: Path, interface: Interface, seconds: float = 20.0, *, noisy: 
         drive(recorder.step, car, path.start, cycle=config.cycle, seconds=seconds, sensor=sensed)
 
 
-@pytest.mark.parametrize("interface", ["rates", "setpoints"])
+@pytest.mark.parametrize("interface", ["rates", acceptance("setpoints")])
 def test_the_fit_of_a_noisy_drive_is_that_of_the_vehicle(
     interface: Interface, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,7 +10,9 @@ from rti_mpcc import ActuatorModel, ControllerConfig, Corridor, DockingControlle
 from tests.lists import some_of
 
 
-@pytest.mark.parametrize(("cycle", "lag"), [(0.01, 0.05), (0.01, 0.5), (0.02, 0.1), (0.02, 0.3), (0.05, 0.5)])
+@pytest.mark.parametrize(
+    ("cycle", "lag"), some_of([(0.01, 0.05), (0.01, 0.5), (0.02, 0.1), (0.02, 0.3), (0.05, 0.5)])
+)
 @pytest.mark.parametrize("kind", some_of(["delivery_robot", "car"]))
 def test_a_lag_of_any_length_is_braked_for_in_time(cycle: float, lag: float, kind: str) -> None:
     actuators = ActuatorModel(drive_lag=lag)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from itertools import product
 from math import pi, sqrt
 
 import pytest
@@ -8,7 +9,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.course.docking_time import config_for_docking_time, expected_docking_time
 from rti_mpcc.errors import ConfigError
-from tests.lists import some_of
+from tests.lists import in_fast_suite
 
 REVERSE = [(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)]
 FULL = [(1, 0.0, 5.0), (1, 0.2, 5.0), (1, -0.2, 10.0), (1, 0.2, 5.0), (1, 0.0, 5.0), *REVERSE]
@@ -49,8 +50,10 @@ def test_a_long_way_is_cruised() -> None:
     assert times[2] - times[1] == pytest.approx(at_cruise, rel=0.01)
 
 
-@pytest.mark.parametrize("factor", some_of([0.6, 1.0, 3.0, 1.7]))
-@pytest.mark.parametrize("segments", [REVERSE, FULL])
+@pytest.mark.parametrize(
+    ("segments", "factor"),
+    in_fast_suite([(FULL, 0.6), (REVERSE, 3.0)], product([REVERSE, FULL], [0.6, 1.0, 3.0, 1.7])),
+)
 def test_the_comfort_for_a_time_takes_that_time_and_keeps_its_proportions(
     segments: list[tuple[int, float, float]], factor: float
 ) -> None:

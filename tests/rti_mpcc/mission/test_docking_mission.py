@@ -19,6 +19,7 @@ from rti_mpcc.mission.state import MissionState
 from rti_mpcc.mission.step import MissionCycle, Started, StepOutcome, StepStart
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import MissionResult, VehicleState
+from tests.lists import acceptance
 from tests.rti_mpcc.docking_runs import straight
 from tests.rti_mpcc.mission_runs import (
     CANCELLED,
@@ -148,8 +149,8 @@ def test_a_wait_whose_condition_raises_goes_on_until_its_timeout(caplog: pytest.
         ([Dock(DOCK)], 0.1),
         ([DriveTo(Pose2(5.0, 2.5, 0.3))], 4.0),
         ([Undock(5.0)], 3.0),
-        ([Straight(4.0, speed=1.0)], 2.0),
-        ([Wait(9.0)], 1.0),
+        acceptance([Straight(4.0, speed=1.0)], 2.0),
+        acceptance([Wait(9.0)], 1.0),
         ([Wait(0.5), Straight(-3.0, speed=0.5)], 0.55),
     ],
     ids=["planning", "drive_to", "undock", "straight", "wait", "between"],
@@ -206,10 +207,7 @@ def test_a_dock_that_is_never_detected() -> None:
     step = Dock(NEAR, kind=DockKind.DETECTED, patience=2.0, then="home")
     mission = mission_in(YARD, [step], home=START)
     drive = driven(mission, YARD, 40.0)
-    assert results(mission.log) == [
-        ("dock", 0, 0, MissionResult.NOT_DETECTED),
-        ("drive_to", 0, 0, SUCCEEDED),
-    ]
+    assert results(mission.log) == [("dock", 0, 0, MissionResult.NOT_DETECTED), ("drive_to", 0, 0, SUCCEEDED)]
     assert mission.result is MissionResult.NOT_DETECTED
     last = drive.commands[-1].mission
     assert last is not None
@@ -293,8 +291,8 @@ def test_a_straight_move_with_too_large_an_error_is_told_before_it_begins_and_do
     ("steps", "until"),
     [
         ([Dock()], 0.2),
-        ([Wait(0.5), Dock()], 0.2),
-        ([DriveTo(NEAR), Dock()], 0.2),
+        acceptance([Wait(0.5), Dock()], 0.2),
+        acceptance([DriveTo(NEAR), Dock()], 0.2),
         ([DriveTo(NEAR), Dock()], inf),
     ],
     ids=["at once", "before a wait", "before another way", "always"],

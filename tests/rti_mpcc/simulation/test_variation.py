@@ -11,6 +11,7 @@ import pytest
 from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate
 from rti_mpcc.simulation import variation as sizes
 from rti_mpcc.simulation.variation import PARTS, VariedCase, varied
+from tests.lists import some_of
 
 BASE = load_scenario("docking_behind")
 
@@ -30,8 +31,9 @@ def test_a_case_is_the_same_each_time_and_each_is_another_one() -> None:
     assert len({str(drawn(case(index))) for index in range(5)}) == 5
 
 
-def test_values_are_within_their_sizes_and_use_them() -> None:
-    found = [drawn(case(index)) for index in range(40)]
+@pytest.mark.parametrize("draws", some_of([20, 40]))
+def test_values_are_within_their_sizes_and_use_them(draws: int) -> None:
+    found = [drawn(case(index)) for index in range(draws)]
     for name, most in (("start", sizes.START), ("goal", sizes.GOAL)):
         shifts = np.abs([one["course"][name] for one in found])
         assert (shifts <= np.array(most) + 1e-5).all()
