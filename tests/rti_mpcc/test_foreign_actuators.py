@@ -60,14 +60,6 @@ def test_nothing_is_corrected_where_the_model_is_right(interface: Interface, noi
     assert not corrections(found.ride)
 
 
-def test_a_creep_torque_that_is_felt_at_its_end_is_no_lag() -> None:
-    """On a slope, after a ride without any: the last seconds alone would say 0.45 s."""
-    acts = {"slope": -0.0354, "uphill": -3.14, "creep": 0.3}
-    found = driven(Case("docking_behind", "rates", acts, noise=0.5, seed=86))
-    assert found.docked
-    assert not corrections(found.ride)
-
-
 @pytest.mark.parametrize(
     ("cycle", "late", "told"), [(0.15, 0.0, True), (0.2, 0.18, False), acceptance(0.02, 0.18, False)]
 )
@@ -92,7 +84,8 @@ def test_a_drive_is_found_whose_vehicle_only_tries_to_stand() -> None:
 
 def test_the_end_of_a_creep_torque_is_no_lag() -> None:
     """In the last braking a lag would explain it as well; the ride before speaks against one."""
-    found = driven(vehicle("rates", 0.5, 4_820_013, slope=0.0144, uphill=-1.11, gain=0.932, creep=0.179))
+    acts = {"slope": -0.0354, "uphill": -3.14, "creep": 0.3}
+    found = driven(Case("docking_behind", "rates", acts, noise=0.5, seed=86))
     assert not corrections(found.ride)
     assert found.peak <= 1.25
 
