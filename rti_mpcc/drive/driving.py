@@ -339,7 +339,7 @@ def _follow_plan(
     if s.area.tracked.moving:
         slowing = fallback.slowing(context, plan)
         distance = min(distance, collision_check.distance_to_moving(s, slowing, config, later=later))
-    s = _yielding(s, distance, need if distance < inf else 0.0)
+    s = _yielding(s, distance, need)
     if s.task.yielding is not None:
         if distance < inf:
             s = meeting(s, plan, distance, context.config)
@@ -402,7 +402,7 @@ def _yielding(s: ControllerState, distance: float, need: float) -> ControllerSta
     """With a halt for a contact after `distance` [m] (inf: none): from when a stop needs `need` [m] so much,
     until the plan was clear for that, and `CLEAR_DISTANCE` more, for `CLEAR_TIME`."""
     yielding = s.task.yielding
-    if distance <= need + (0.0 if yielding is None else CLEAR_DISTANCE):
+    if distance < inf and distance <= need + (0.0 if yielding is None else CLEAR_DISTANCE):
         yielding = Yielding()
     elif yielding is None:
         return s

@@ -110,9 +110,11 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
 def stays_put(s: ControllerState) -> bool:
     """Whether the vehicle is to stay where it stands, so that a brake may be set."""
     hold = s.task.hold
-    if hold is not None and (hold.docked is not None or not s.vehicle.monitor.doubt):
-        return hold.docked is not None
-    return s.task.phase in STAYING and s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
+    if hold is not None and hold.docked is not None:
+        return True
+    settles = hold is not None and not s.vehicle.monitor.doubt
+    stands = s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
+    return s.task.phase in STAYING and stands and not settles
 
 
 def undocked(context: PlanningContext) -> str:
