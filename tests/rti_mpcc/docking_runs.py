@@ -122,7 +122,14 @@ class Wrapped:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
 
-    def step(self, state: VehicleState, *, now: float, goal: Pose2 | None = None, **told: Any) -> Command:
+    def step(
+        self,
+        state: VehicleState,
+        *,
+        now: float,
+        goal: Pose2 | None = None,
+        **told: Any,
+    ) -> Command:
         state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
         if goal is not None:
             goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))

@@ -7,16 +7,15 @@ more than a third of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import pi, radians
 
 import numpy as np
 
 from benchmarks.encounters import on_lane
-from benchmarks.foreign import Car, Ride, Sensor, drive, state_of
+from benchmarks.foreign import Car, Ride, Sensor, drive
 from benchmarks.foreign_sensors import Faulty, dead_band, healthy
-from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle, VehicleState
-from rti_mpcc.types import Array
+from rti_mpcc import ControllerConfig, Pose2, ReferencePath, Vehicle
 from tests.rti_mpcc.actuator_draws import NOISE
 
 AFTER = 60.0  # [s] after DOCKED
@@ -33,7 +32,7 @@ class Draw:
 
     Attributes:
         wheelbase: [m]; the rest of the body is in proportion to that of the default car.
-        tolerance: along and across [m]; dead_band: speeds below it are measured as 0 [m/s], without noise.
+        tolerance: along and across [m]; dead_band: speeds below it are measured as 0 [m/s].
         actuators: fields of a `Car`; cycle: of the loop [s]; noise: share of `NOISE`.
     """
 
@@ -86,15 +85,9 @@ class Draw:
         )
 
     def _sensor(self) -> Sensor:
-        if not self.noise:
-            return Faulty(dead_band(self.dead_band))
-        noisy = Faulty(healthy, noise=tuple((self.noise * NOISE).tolist()))
-
-        def measured(history: Array, rng: np.random.Generator) -> VehicleState:
-            state = noisy(history, rng)
-            return replace(state, v=0.0) if abs(state_of(history[-1]).v) < self.dead_band else state
-
-        return measured
+        noisy = Faulty(healthy, noise=tuple((self.noise * NOISE).tolist()) if self.noise else None)
+        hides = dead_band(self.dead_band)
+        return lambda history, rng: hides(noisy(history, rng), history, history[-1])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,7 +28,11 @@ def test_it_docks_when_the_fault_is_over(kind: str) -> None:
 @pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("scenario", "begin", "gap"),
-    [("short", 5.0, 0.2), acceptance("short", 5.0, 0.45), acceptance("docking_full_course", 30.0, 0.1)],
+    [
+        ("short", 5.0, 0.2),
+        acceptance("short", 5.0, 0.45),
+        acceptance("docking_full_course", 30.0, 0.1),
+    ],
 )
 def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(
     scenario: str, begin: float, gap: float

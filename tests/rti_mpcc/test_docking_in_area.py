@@ -78,7 +78,10 @@ def test_docks_from_a_map(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("goal", "directions"),
-    [(Pose2(-5.0, 0.0, 0.0), [-1]), acceptance(Pose2(6.0, 3.0, pi / 2), None)],
+    [
+        (Pose2(-5.0, 0.0, 0.0), [-1]),
+        acceptance(Pose2(6.0, 3.0, pi / 2), None),
+    ],
     ids=["behind", "turned"],
 )
 def test_docks_wherever_the_goal_is(goal: Pose2, directions: list[int] | None) -> None:
@@ -120,9 +123,15 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
     ("bad", "statuses", "said"),
     [
         (Pose2(5.0, 4.0, 0.0), REJECTED, "goal (5, 4, 0) rejected: the body there crosses a boundary or"),
-        (Pose2(3.3, 4.0, 0.0), {Status.PLANNING, Status.STALLED}, "clearance of 0.022 m, at least 0.05"),
+        (
+            Pose2(3.3, 4.0, 0.0),
+            {Status.PLANNING, Status.STALLED},
+            "clearance of 0.022 m, at least 0.05",
+        ),
         (NAN, REJECTED, "goal (nan, 4.0, 0.0) rejected: not finite"),
-        acceptance(Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) rejected: outside the boundary of"),
+        acceptance(
+            Pose2(500.0, 0.0, 0.0), REJECTED, "goal (500, 0, 0) rejected: outside the boundary of the"
+        ),
         acceptance(Pose2(14.0, 500.0, 0.0), REJECTED, "goal (14, 500, 0) rejected: outside the boundary of"),
         (Pose2(14.0, 1e7, 0.0), REJECTED, "goal (14, 1e+07, 0) rejected"),
     ],
@@ -318,7 +327,10 @@ def test_a_billion_metres_away_it_drives_the_same() -> None:
 
 @pytest.mark.parametrize(
     "stds",
-    [acceptance((0.01, 0.01, 0.003, 0.01, 0.003)), (0.03, 0.03, 0.015, 0.01, 0.003)],
+    [
+        acceptance((0.01, 0.01, 0.003, 0.01, 0.003)),
+        (0.03, 0.03, 0.015, 0.01, 0.003),
+    ],
     ids=["some", "much"],
 )
 def test_docks_with_a_state_that_is_noisy(stds: tuple[float, ...]) -> None:

@@ -36,7 +36,7 @@ FOREVER = 1e9
 
 # -- stopped before --------------------------------------------------------------------------------------
 
-WAITS, GONE = 24.0, 27.0
+WAITS, GONE = 24.0, 35.0
 """When it stands at the latest, and when the wall is taken away [s]."""
 
 

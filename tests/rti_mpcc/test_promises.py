@@ -144,9 +144,8 @@ def driven_with(fault: dict[str, Any], seconds: float = 40.0) -> Drive:
 
 
 WHEN = {"planning": (0.0, 0.6), "driving": (2.0, 2.6)}
-OFTEN = [(name, "driving") for name in ("frozen", "all NaN", "obstacles: crossed")] + [
-    ("all NaN", "planning")
-]
+OFTEN = [("frozen", "driving"), ("lost cycles", "driving"), ("all NaN", "driving"), ("clock back", "driving")]
+OFTEN += [("goal beyond all", "driving"), ("obstacles: crossed", "driving"), ("all NaN", "planning")]
 """What is looked at in the short form."""
 
 

@@ -17,7 +17,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.types import Array
 
 SEEDS = (1, 2, 3, 4)
-EACH = 4
+EACH = 8
 """Scenes of a kind."""
 
 

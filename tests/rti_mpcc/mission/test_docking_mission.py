@@ -207,7 +207,10 @@ def test_a_dock_that_is_never_detected() -> None:
     step = Dock(NEAR, kind=DockKind.DETECTED, patience=2.0, then="home")
     mission = mission_in(YARD, [step], home=START)
     drive = driven(mission, YARD, 40.0)
-    assert results(mission.log) == [("dock", 0, 0, MissionResult.NOT_DETECTED), ("drive_to", 0, 0, SUCCEEDED)]
+    assert results(mission.log) == [
+        ("dock", 0, 0, MissionResult.NOT_DETECTED),
+        ("drive_to", 0, 0, SUCCEEDED),
+    ]
     assert mission.result is MissionResult.NOT_DETECTED
     last = drive.commands[-1].mission
     assert last is not None

@@ -64,8 +64,7 @@ def test_a_run_docks_by_its_pictures_and_is_the_same_each_time(source: GoalSourc
     first = simulate(scenario, seed=3, goal_source=source)
     assert first.ended == "docked"
     if source is GoalSource.DETECTED:
-        again = simulate(changed(scenario, {"simulation.duration": 4.0}), seed=3, goal_source=source)
-        assert len(again.cycles.times) > 70
-        assert (first.truth.poses[: len(again.truth.poses)] == again.truth.poses).all()
+        again = simulate(scenario, seed=3, goal_source=source)
+        assert (first.truth.poses == again.truth.poses).all()
     accepted = sum(judged.accepted for judged in detections_of(first.cycles))
     assert (accepted > 10) is (source is GoalSource.DETECTED)

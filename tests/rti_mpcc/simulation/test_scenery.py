@@ -49,7 +49,11 @@ def extent(outline: Array) -> tuple[float, float, float, float]:
     ids=["ahead", "in reverse", "behind the end", "the vehicle behind the end"],
 )
 def test_along_a_path_it_reaches_to_the_boundaries(
-    straight: Scenario, segment: dict[str, Any], at: tuple[float, float, float], gap: float, near: float
+    straight: Scenario,
+    segment: dict[str, Any],
+    at: tuple[float, float, float],
+    gap: float,
+    near: float,
 ) -> None:
     outline = put(changed(straight, {"path.segments": [segment]}), Scripted(script=still), gap, *at)
     left, right, beside = near, near + segment["direction"] * THICKNESS, 3.0 if abs(near) < 10.0 else ACROSS
