@@ -183,7 +183,8 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
     s = holding.start_hold(s, context)
     hold = s.task.hold
     assert hold is not None
-    verdict = _at_goal(s, context) if hold.docked else Verdict(Reason.SETTLES)
+    leaps = s.vehicle.monitor.sensors.leap != 0.0  # a sensor says that it drives: not docked, but held
+    verdict = _at_goal(s, context) if hold.docked and not leaps else Verdict(Reason.SETTLES)
     if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
         return _stop(s, context, verdict)
     motion = fallback.braking(context, context.config.comfort_acceleration)

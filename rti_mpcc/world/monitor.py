@@ -57,7 +57,9 @@ class StateMonitor:
         doubt: what is wrong, or ""; since: from when on [s].
         agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
         relocalised: the vehicle was just relocalised.
-        odd_since: when measurements began to contradict one another [s], or None.
+        odd: the measurement contradicts the one before.
+        disputed: the last possible speed that was measured contradicts the estimated one, or it is not known
+            how long ago that was.
         gap: there was no usable measurement since a time without cycles.
         reset: place and speed changed at once when the doubt began.
         tries: number of times that a measurement was trusted again since the vehicle last moved with it.
@@ -76,7 +78,8 @@ class StateMonitor:
     since: float = 0.0
     agrees_since: float | None = None
     relocalised: bool = False
-    odd_since: float | None = None
+    odd: bool = False
+    disputed: bool = False
     gap: bool = False
     reset: bool = False
     tries: int = 0
@@ -90,14 +93,17 @@ class StateMonitor:
         return self.doubt != "" and self.doubt == self.sensors.unsteered
 
     def usable_measurement(self, config: ControllerConfig) -> Array | None:
-        """The measurement (6,) for the last check of a command, None without any. Its speed is NaN where
-        contradictory measurements would keep a moving vehicle from braking."""
-        if self.measured is None or self.state is None or self.odd_since is None:
-            return self.measured
-        if abs(float(self.state[V])) <= REST_SPEED or self.at - self.odd_since <= config.plausibility.blind:
+        """The measurement (6,) for the last check of a command, None without any: the speed as it was given,
+        unless its sensor is left out. An impossible one counts as in the direction in which the vehicle is
+        estimated to move: it does not keep it from braking."""
+        if self.measured is None or self.given is None:
             return self.measured
         usable = self.measured.copy()
-        usable[V] = np.nan
+        if not self.sensors.speed.problem:
+            usable[V] = self.given[V]
+        speed = 0.0 if self.state is None else float(self.state[V])
+        if abs(speed) > REST_SPEED and not (self.disputed or _possible(float(usable[V]), config)):
+            usable[V] = np.copysign(usable[V], speed)
         return usable
 
 
@@ -126,7 +132,8 @@ def validate_measurement(
     same, sensors = not problem and read.tolist() == last.given.tolist(), last.sensors
     alike = not (unfit or last.unfit)
     alike = alike and not _far(read, last.given + follows - last.measured, seconds, config)
-    if alike and sensors.track is not None and now > sensors.track[-1, AT]:
+    counted = alike and seconds <= config.longest_cycle
+    if counted and sensors.track is not None and now > sensors.track[-1, AT]:
         steered = float(follows[DELTA] - last.measured[DELTA])
         asked = CommandedChange(gained, steered, float(last.state[DELTA]), seconds * acting)
         body = Geometry(config.vehicle.wheelbase, config.limits.steering)
@@ -140,6 +147,11 @@ def validate_measurement(
     problem = problem or frozen or sensors.pose or jump or sensors.unsteered
     fault = problem == sensors.unsteered != ""
     alike = alike or not problem
+    speed, steady, disputed = float(measured[V]), alike, last.disputed
+    if _possible(speed, config):  # it speaks for itself where the place does not
+        told, at_first, followed = (float(each[V]) for each in (last.given, last.measured, follows))
+        steady = steady or abs(speed - told - (followed - at_first)) <= config.plausibility.speed
+        disputed = not steady and abs(speed - float(expected[V])) > config.plausibility.speed
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests
     if frozen or sensors.pose or fault:
@@ -147,7 +159,7 @@ def validate_measurement(
     if sensors.pose:
         agrees = agrees and sensors.consistent and not sensors.elsewhere
     if problem and not fault:
-        state = dead_reckoned if frozen else _dead_reckoned(measured, expected, alike, config)
+        state = dead_reckoned if frozen else _dead_reckoned(measured, expected, steady, config)
         noise = last.noise.broken()
     elif problem or last.doubt or same or not config.vehicle_filter.enabled:
         state, noise = measured, last.noise.broken()
@@ -166,7 +178,8 @@ def validate_measurement(
         doubt=problem,
         since=last.since if problem and last.doubt else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
-        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
+        odd=not alike,
+        disputed=disputed,
         reset=problem != "" and (last.reset if last.doubt else jump != "" and rests and leapt),
         tries=0 if sensors.moved > PROVEN else last.tries,
         noise=noise,
@@ -221,7 +234,8 @@ def _first(
         doubt=problem,
         since=last.since if last.doubt else now,
         agrees_since=None,
-        odd_since=now if last.odd_since is None else last.odd_since,
+        odd=True,
+        disputed=last.state is not None,
         relocalised=False,
         gap=last.state is not None,
     )
@@ -241,8 +255,7 @@ def _read(given: VehicleState, config: ControllerConfig) -> tuple[Array, str]:
     x, y, phi, v, delta = numbers
     state, finite = np.array((*numbers, 0.0)), all(map(isfinite, numbers))
     placed = max(abs(x), abs(y)) <= FARTHEST and abs(phi) <= LARGEST_HEADING
-    moving = abs(v) <= SPEED_SHARE * config.limits.speed
-    if finite and placed and moving and abs(delta) <= LARGEST_STEERING:
+    if finite and placed and _possible(v, config) and abs(delta) <= LARGEST_STEERING:
         return state, ""
     told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
     return state, f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {told}"
@@ -272,10 +285,18 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
 
-def _dead_reckoned(measured: Array, expected: Array, alike: bool, config: ControllerConfig) -> Array:
-    """The state (6,) to go by after a doubted measurement: of it only what can be true."""
+def _possible(speed: float, config: ControllerConfig) -> bool:
+    """Whether a vehicle can be so fast [m/s]."""
+    return abs(speed) <= SPEED_SHARE * config.limits.speed
+
+
+def _dead_reckoned(measured: Array, expected: Array, steady: bool, config: ControllerConfig) -> Array:
+    """The state (6,) to go by after a doubted measurement: of it only what can be true.
+
+    `steady`: the speed has changed as commanded since the last measurement, or so has the place.
+    """
     believed, off = expected.copy(), np.abs(measured - expected)
-    if alike or off[V] <= config.plausibility.speed:  # alike: never what is reckoned alone
+    if steady or off[V] <= config.plausibility.speed:  # steady: never what is reckoned alone
         believed[V] = measured[V]
     if off[DELTA] <= config.plausibility.steering:
         believed[DELTA] = measured[DELTA]

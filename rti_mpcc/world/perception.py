@@ -65,6 +65,8 @@ class Perception:
         monitor = validate_measurement(
             last.monitor, given.measured, s.queue, clock.now, config, last.disturbance
         )
+        if clock_remark:  # how long ago the last measurement was is not known
+            monitor = replace(monitor, disputed=True)
         moved, corrected = last.motion.noted(monitor, config), ""
         records, answer = vehicle.compare_actuators(s, monitor, moved, holds, config)
         if answer != last.actuators:

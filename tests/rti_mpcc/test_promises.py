@@ -40,6 +40,23 @@ def test_the_promises_hold_whatever_a_controller_in_an_area_is_given(seed: int) 
     keep_promises(seed, in_area=True)
 
 
+LED_ASTRAY = {
+    "places leap, the speed does not": 112,
+    "the clock leaps while it drives": 240,
+    "one speed beyond the limit": 1040,
+    "an impossible speed after another one": 2482,
+    "an impossible speed, and a clock that stands": 1386,
+    "an impossible speed while it drives off": 6265,
+    "one speed while it is docked": 3013,
+}
+"""Cases of the list below that broke a promise once, by what was believed."""
+
+
+@pytest.mark.parametrize("seed", LED_ASTRAY.values(), ids=LED_ASTRAY)
+def test_the_promises_hold_where_a_wrong_witness_was_believed_once(seed: int) -> None:
+    keep_promises(seed)
+
+
 @pytest.mark.acceptance
 @pytest.mark.parametrize("chunk", range(20))
 def test_the_promises_hold_over_6000_random_cases(chunk: int) -> None:
