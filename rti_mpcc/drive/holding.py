@@ -1,12 +1,13 @@
 """A vehicle that is held where it docked: a position loop along the body's axis, with the wheels still.
 
-(H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e
+(H1)  u = -k_p e - k_d v + i,   di/dt = -k_i e - k_b b
 
 u is what is commanded, e [m] how far the vehicle is ahead of its anchor, v its speed, both when the command
 starts to act. i balances what acts besides: a slope, or the creep torque of a drive. For as long as the
 vehicle is held, i takes the place of the estimated disturbance: if the drive lags, that estimate follows the
-loop's own motion. The gains are those of a triple pole for a drive that lags by `DESIGN_LAG`. They are stable
-up to a lag of more than twice that.
+loop's own motion. Among noisy poses, where the speed is not measured, e, v and b are those of (W4), see
+`standstill.SlowMotion`; else b is 0. The gains are those of a triple pole for a drive that lags by
+`DESIGN_LAG`. They are stable up to a lag of more than twice that.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import replace
 from math import degrees, hypot
 from typing import Final
 
+from estimation.odometry import AT
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.course.context import PlanningContext
@@ -32,6 +34,7 @@ DESIGN_LAG: Final = 0.2  # [s]
 K_D: Final = 1.0 / (3.0 * DESIGN_LAG)  # [1/s]
 K_P: Final = DESIGN_LAG * K_D**3  # [1/s²]
 K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
+K_B: Final = 0.5  # [1/s]: b is corrected more slowly than it is found
 LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
 USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be docked at once
 LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
@@ -41,6 +44,7 @@ STEADY_LAG = 0.01  # [s]; of a vehicle that stood by steady commands none has to
 LARGEST_INTEGRAL = 1.5  # [m/s²], a slope of 15 %
 STAYING = (Phase.HOLDING, Phase.STALLED, Phase.PLANNING, Phase.WAITING)
 """Phases in which a vehicle that stands does not drive off in the next cycle."""
+PROOF_TIMES = (1.0, 1.5, 2.0, 2.3)  # [s]; longer ones are not in a track
 KNOWN_ACCELERATION = 0.03  # [m/s²], standard deviation up to which an acceleration by poses is heeded
 FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
@@ -57,13 +61,14 @@ def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
         if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
         elif _has_stood(hold, s, context):  # it is held right there
-            here = hold.anchor.compose(Pose2(_ahead(hold, context), 0.0, 0.0))
+            here = hold.anchor.compose(Pose2(_ahead(hold, s, context), 0.0, 0.0))
             integral = _balancing(s, lag=STEADY_LAG)
             hold = replace(hold, docked=context.standing_error, anchor=here, integral=integral)
     if hold.docked is None and s.clock.now - hold.balanced >= standstill.WINDOW - 1e-9:
         # By half, so that it does not swing with a drive that lags.
         beside, std = s.vehicle.motion.beside()
-        integral = 0.5 * (hold.integral - beside) if std <= KNOWN_ACCELERATION else hold.integral
+        told = std <= KNOWN_ACCELERATION and not _may_be_noise(hold, s, beside, std)
+        integral = 0.5 * (hold.integral - beside) if told else hold.integral
         hold = replace(hold, integral=integral, balanced=s.clock.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
@@ -87,7 +92,7 @@ def _stays_at_once(hold: Hold, s: ControllerState, context: PlanningContext) -> 
         return False  # it does not drive as it was told to: at rest, neither
     speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     rolls = speed * (context.start_time - context.now + UNKNOWN_LAG)
-    return s.vehicle.motion.unseen == 0.0 and abs(_ahead(hold, context)) + rolls <= most
+    return s.vehicle.motion.unseen == 0.0 and abs(_ahead(hold, s, context)) + rolls <= most
 
 
 def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool:
@@ -96,15 +101,31 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
     motion, most = s.vehicle.motion, STOOD_SHARE * standstill.rest_distance(context.tolerance, context.config)
     if min(s.clock.now - hold.since, motion.seconds) < standstill.PROOF_TIME - 1e-9:
         return False
+    if motion.slow is not None and not _stands_by_poses(hold, s, most):
+        return False
     noise, now = standstill.NOISE * motion.noise.along, _speed(s, context)
     # Where a swing begins, the mean speed is still small.
-    swings = abs(now) - standstill.NOISE * motion.noise.speed
+    swings = abs(now) - (standstill.NOISE * motion.noise.speed if motion.slow is None else 0.0)
     speed = max(motion.speed_beyond_noise(standstill.SLIP_TIME), swings)
     slow = speed * (context.start_time - context.now + UNKNOWN_LAG) <= most
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
     off = max(abs(context.error.x), abs(context.standing_error.x))
     return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
+
+
+def _stands_by_poses(hold: Hold, s: ControllerState, most: float) -> bool:
+    """Whether the noisy poses of a time that is long enough to tell show no motion by which the vehicle would
+    move by `most` [m] within `UNKNOWN_LAG`."""
+    track, noise = s.vehicle.monitor.sensors.track, s.vehicle.motion.noise.along
+    assert track is not None
+    stood = min(s.clock.now - hold.since, float(track[-1, AT] - track[0, AT]))
+    for seconds in PROOF_TIMES:
+        speed, std = standstill.drift(track, seconds, noise)
+        uncertain = standstill.NOISE * std
+        if uncertain * UNKNOWN_LAG <= most or seconds == PROOF_TIMES[-1]:
+            return stood >= seconds - 1e-9 and (abs(speed) - uncertain) * UNKNOWN_LAG <= most
+    return False
 
 
 def stays_put(s: ControllerState) -> bool:
@@ -141,9 +162,14 @@ def _anchor(context: PlanningContext) -> Pose2:
     return here.compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
 
 
-def _ahead(hold: Hold, context: PlanningContext) -> float:
+def _ahead(hold: Hold, s: ControllerState, context: PlanningContext) -> float:
     """How far the vehicle is ahead of its anchor along its axis [m]."""
-    return Pose2(*context.state[:POSE].tolist()).relative_to(hold.anchor).x
+    ahead = Pose2(*context.state[:POSE].tolist()).relative_to(hold.anchor).x
+    slow = s.vehicle.motion.slow
+    if slow is None:
+        return ahead
+    unseen = _speed(s, context) - float(context.state[V])
+    return ahead + slow.ahead + unseen * (context.start_time - context.now)
 
 
 def _balancing(s: ControllerState, lag: float = UNKNOWN_LAG) -> float:
@@ -158,10 +184,18 @@ def _balancing(s: ControllerState, lag: float = UNKNOWN_LAG) -> float:
     if abs(disturbance.acceleration) <= LEVEL and s.task.hold is None:
         return disturbance.commanded(0.0)
     beside, std = s.vehicle.motion.beside(lag)
+    hold = s.task.hold
+    if hold is not None and _may_be_noise(hold, s, beside, std):
+        return hold.integral
     if std <= KNOWN_ACCELERATION:
         return -beside
     lately = s.queue[-1].acceleration if s.queue else 0.0
     return lately - disturbance.acting(lately)
+
+
+def _may_be_noise(hold: Hold, s: ControllerState, beside: float, std: float) -> bool:
+    """Whether noisy poses explain that an acceleration [m/s²] is not the one that is balanced."""
+    return s.vehicle.motion.slow is not None and abs(beside + hold.integral) <= standstill.NOISE * std
 
 
 def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> ControllerState:
@@ -175,6 +209,8 @@ def balanced(s: ControllerState, hold: Hold, config: ControllerConfig) -> Contro
 def _speed(s: ControllerState, context: PlanningContext) -> float:
     """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
     motion, speed = s.vehicle.motion, float(context.state[V])
+    if motion.slow is not None:
+        return speed - motion.unseen + motion.slow.speed - motion.moments[-1].speed
     beside, std = motion.by_poses(context.config)
     known = standstill.NOISE * std <= standstill.least_unseen(context.config)
     return speed - s.vehicle.motion.unseen + beside if known else speed
@@ -182,12 +218,13 @@ def _speed(s: ControllerState, context: PlanningContext) -> float:
 
 def control(hold: Hold, s: ControllerState, context: PlanningContext) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
-    config, e, v = context.config, _ahead(hold, context), _speed(s, context)
+    config, e, v = context.config, _ahead(hold, s, context), _speed(s, context)
     if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
         return ControlInput(0.0, 0.0, Source.STANDSTILL), hold
-    integral = hold.integral - K_I * e * config.cycle
+    slow = s.vehicle.motion.slow
+    integral = hold.integral - (K_I * e + (0.0 if slow is None else K_B * slow.beside)) * config.cycle
     integral = min(max(integral, -LARGEST_INTEGRAL), LARGEST_INTEGRAL)
     most = config.limits.acceleration
     commanded = min(max(integral - K_P * e - K_D * v, -most), most)

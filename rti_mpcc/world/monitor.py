@@ -149,8 +149,8 @@ def validate_measurement(
     alike = alike or not problem
     speed, steady, disputed = float(measured[V]), alike, last.disputed
     if _possible(speed, config):  # it speaks for itself where the place does not
-        told, at_first, followed = (float(each[V]) for each in (last.given, last.measured, follows))
-        steady = steady or abs(speed - told - (followed - at_first)) <= config.plausibility.speed
+        followed = float(last.given[V]) + float(follows[V]) - float(last.measured[V])
+        steady = steady or abs(speed - followed) <= config.plausibility.speed
         disputed = not steady and abs(speed - float(expected[V])) > config.plausibility.speed
     rests = abs(float(measured[V])) <= REST_SPEED
     agrees = problem and alike and rests

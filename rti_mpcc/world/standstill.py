@@ -2,7 +2,8 @@
 
 A speed sensor may read zero while the vehicle rolls: the poses then move farther along the body's axis than
 the measured speeds explain, and the difference is added to the measured speed. Until there are enough poses,
-a speed that has leapt to rest goes on as the commands explain, if the pose does.
+a speed that has leapt to rest goes on as the commands explain, if the pose does. Noisy poses tell it by their
+filter, (W4) of `estimation.odometry`, which knows of no measured speed.
 
 A car stands if it is slower than 0.02 m/s, a small vehicle if it is slower by its size; at the dock it must
 come to rest within a third of the tolerance. Whether it stays there: `drive.holding`.
@@ -15,9 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import cos, exp, inf, sin, sqrt
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 
+from estimation.odometry import AHEAD, ALONG, AT, BESIDE, POSE_SPEED, VV
 from estimation.vehicle_filter import Noise
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.controller import MOVING_FACTOR
@@ -61,6 +64,21 @@ class AxisReading:
     coming: float = 0.0
 
 
+class SlowMotion(NamedTuple):
+    """What (W4) says of a motion that the speed sensor does not show, among noisy poses.
+
+    Attributes:
+        ahead: how far the vehicle is ahead of the estimated pose [m].
+        speed, std: speed and its standard deviation [m/s].
+        beside: acceleration that acts besides what is known [m/s²].
+    """
+
+    ahead: float
+    speed: float
+    std: float
+    beside: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisMotion:
     """What poses and speeds say of the motion along the body's axis.
@@ -70,12 +88,14 @@ class AxisMotion:
         pose: the last one, x [m], y [m], heading [rad].
         noise: of the measurements.
         unseen: speed by poses of a vehicle that is measured to stand [m/s]; 0 if it is slow, or may be noise.
+        slow: None where the speed is measured, or the poses are not noisy.
     """
 
     moments: tuple[AxisReading, ...] = ()
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     noise: Noise = field(default_factory=Noise)
     unseen: float = 0.0
+    slow: SlowMotion | None = None
 
     def noted(self, monitor: StateMonitor, config: ControllerConfig) -> AxisMotion:
         """With the estimate of this cycle; nothing is known of the time before one that is doubted."""
@@ -106,6 +126,9 @@ class AxisMotion:
             coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
         motion = AxisMotion(moments=(*self._last(WINDOW - seconds), moment), pose=pose, noise=noise)
+        hidden = monitor.sensors.speed.problem or abs(measured) <= config.moving_speed
+        if hidden and noise.along > LEAST_NOISE:
+            motion = replace(motion, slow=motion._slow(monitor, config))
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
             found, std = motion._leapt(self.unseen, monitor.acting)
@@ -118,22 +141,41 @@ class AxisMotion:
         By as few poses as noise allows. 0 and inf if the vehicle is not measured to stand, or if the measured
         speed changes: a sensor in its dead band measures the same again and again.
         """
-        rest: list[AxisReading] = []
-        still = config.moving_speed
-        if not self.moments or abs(self.moments[-1].measured) > still:
+        if not self.moments or abs(self.moments[-1].measured) > config.moving_speed:
             return 0.0, inf
-        for moment in reversed(self._last(SLIP_TIME)):
-            if abs(moment.measured) > still or moment.measured != self.moments[-1].measured:
-                break
-            rest.append(moment)
+        rest = self._at_rest(config)
         if len(rest) < FEWEST:
             return 0.0, inf
+        if self.slow is not None:
+            return self.slow.speed - rest[0].speed, self.slow.std
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
             found, std = _slope([(m.at, m.driven) for m in last], self.noise.along)
             if NOISE * std <= least_unseen(config):
                 break
         return found - sum([m.speed for m in last]) / len(last), std
+
+    def _at_rest(self, config: ControllerConfig) -> list[AxisReading]:
+        """The last moments, the latest first, at which the same speed was measured again and again, of a
+        vehicle that stands."""
+        rest: list[AxisReading] = []
+        for moment in reversed(self._last(SLIP_TIME)):
+            if abs(moment.measured) > config.moving_speed or moment.measured != self.moments[-1].measured:
+                break
+            rest.append(moment)
+        return rest
+
+    def _slow(self, monitor: StateMonitor, config: ControllerConfig) -> SlowMotion | None:
+        """See `slow`."""
+        track, measured = monitor.sensors.track, monitor.measured
+        if track is None or measured is None:
+            return None
+        if not monitor.sensors.speed.problem and len(self._at_rest(config)) < FEWEST:
+            return None
+        x, y, phi = self.pose
+        off = cos(phi) * (float(measured[X]) - x) + sin(phi) * (float(measured[Y]) - y)
+        ahead, along, speed, beside, variance = track[-1, [AHEAD, ALONG, POSE_SPEED, BESIDE, VV]].tolist()
+        return SlowMotion(off + ahead - along, speed, sqrt(variance), beside)
 
     def _leapt(self, unseen: float, acting: float) -> tuple[float, float]:
         """What the last measured speed lacks [m/s], if it has leapt and the pose has not, and its standard
@@ -207,6 +249,15 @@ class AxisMotion:
         return self.moments[max(bisect_right(self.moments, begin + 1e-9, key=_at) - 1, 0) :]
 
 
+def drift(track: Array, seconds: float, noise: float) -> tuple[float, float]:
+    """Speed by the measured poses of a track in the last `seconds` [m/s], and its standard deviation.
+
+    `noise`: standard deviation of a pose [m].
+    """
+    lately = track[track[:, AT] >= track[-1, AT] - seconds - 1e-9]
+    return _slope(lately[:, [AT, ALONG]].tolist(), noise)
+
+
 def rest_distance(tolerance: tuple[float, float, float], config: ControllerConfig) -> float:
     """By which a vehicle that is docked within this tolerance moves at most [m]."""
     return REST_SHARE * min(*tolerance[:2], *config.goal_tolerance[:2])
@@ -234,7 +285,7 @@ def least_unseen(config: ControllerConfig) -> float:
     return 0.5 * dock_speed(config.goal_tolerance, config)
 
 
-def _slope(points: list[tuple[float, float]], noise: float) -> tuple[float, float]:
+def _slope(points: Sequence[Sequence[float]], noise: float) -> tuple[float, float]:
     """Slope of the line through points (t, value), and its standard deviation; `noise`: that of a value."""
     n = len(points)
     if n < 3:

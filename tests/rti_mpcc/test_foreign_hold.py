@@ -57,6 +57,22 @@ def test_a_foreign_vehicle_stays_where_it_docked(draw: Draw) -> None:
     assert stay.lost == 0
 
 
+def noisy(seed: int, index: int) -> Draw:
+    """A random vehicle whose poses are noisy, by 1/16 to 1/4 of its tolerance."""
+    draw = list(draws(10, seed))[index]
+    return replace(draw, noise=min(draw.tolerance / 0.04, 1.0) * (0.25, 0.5, 1.0)[index % 3])
+
+
+@pytest.mark.parametrize(
+    ("seed", "index"), [(82005, 5), (81002, 4), *(acceptance(83003, index) for index in range(10))]
+)
+def test_below_the_dead_band_noisy_poses_hold_a_vehicle_inside_its_tolerance(seed: int, index: int) -> None:
+    """The first two swung out of their docks, by 2.7 and 10 times the tolerance."""
+    stay = stay_of(noisy(seed, index), noisy(seed, index).drive(after=40.0))
+    assert stay.docked_at is not None
+    assert max(stay.share, stay.worst) <= 1.0, stay
+
+
 def test_below_the_dead_band_a_noisy_pose_that_moves_is_right() -> None:
     """It was blamed, for its noise to the side: the vehicle rolled on at 0.09 m/s, for minutes."""
     draw = replace(next(draws(1, 81_011)), noise=0.179)
