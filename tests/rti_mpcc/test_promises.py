@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import shapely
 
-from benchmarks.encounters import body_at
-from geometry import Pose2
-from rti_mpcc import Command, Reason, Source, Status, VehicleState
+from benchmarks.encounters import body_at, on_lane
+from geometry import Pose2, ReferencePath
+from rti_mpcc import Command, ControllerConfig, Reason, Source, Status, VehicleState
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
 from tests.lists import acceptance, in_fast_suite, some_of
@@ -55,6 +55,18 @@ LED_ASTRAY = {
 @pytest.mark.parametrize("seed", LED_ASTRAY.values(), ids=LED_ASTRAY)
 def test_the_promises_hold_where_a_wrong_witness_was_believed_once(seed: int) -> None:
     keep_promises(seed)
+
+
+def test_where_places_leap_the_vehicle_is_braked_by_its_measured_speed() -> None:
+    """It backed at 1 m/s, and was set elsewhere, rolling forward: what is reckoned alone does not count."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 20.0)])
+    config = ControllerConfig(deadline=None)
+    controller = on_lane(path, 5.0, config)
+    for cycle in range(18):
+        now, leaps = cycle * config.cycle, cycle > 5
+        x = -1.0 * now + 7.0 * (cycle % 3 + 1) * leaps
+        command = controller.step(VehicleState(x, 0.0, 0.0, 1.2 if leaps else -1.0, 0.0), now=now)
+        assert cycle < 14 or command.acceleration < 0.0, (cycle, command)
 
 
 @pytest.mark.acceptance
