@@ -123,9 +123,9 @@ def _stands_by_poses(hold: Hold, s: ControllerState, most: float) -> bool:
     for seconds in PROOF_TIMES:
         speed, std = standstill.drift(track, seconds, noise)
         uncertain = standstill.NOISE * std
-        if uncertain * UNKNOWN_LAG <= most or seconds == PROOF_TIMES[-1]:
-            return stood >= seconds - 1e-9 and (abs(speed) - uncertain) * UNKNOWN_LAG <= most
-    return False
+        if uncertain * UNKNOWN_LAG <= most:
+            break
+    return stood >= seconds - 1e-9 and (abs(speed) - uncertain) * UNKNOWN_LAG <= most
 
 
 def stays_put(s: ControllerState) -> bool:
@@ -164,12 +164,11 @@ def _anchor(context: PlanningContext) -> Pose2:
 
 def _ahead(hold: Hold, s: ControllerState, context: PlanningContext) -> float:
     """How far the vehicle is ahead of its anchor along its axis [m]."""
-    ahead = Pose2(*context.state[:POSE].tolist()).relative_to(hold.anchor).x
-    slow = s.vehicle.motion.slow
-    if slow is None:
+    ahead, motion = Pose2(*context.state[:POSE].tolist()).relative_to(hold.anchor).x, s.vehicle.motion
+    if motion.slow is None:
         return ahead
-    unseen = _speed(s, context) - float(context.state[V])
-    return ahead + slow.ahead + unseen * (context.start_time - context.now)
+    faster = motion.slow.faster - motion.unseen  # than what the state was predicted with
+    return ahead + motion.slow.ahead + faster * (context.start_time - context.now)
 
 
 def _balancing(s: ControllerState, lag: float = UNKNOWN_LAG) -> float:
@@ -210,7 +209,7 @@ def _speed(s: ControllerState, context: PlanningContext) -> float:
     """Speed [m/s], also a slow one that is not measured, if the poses are good enough to tell."""
     motion, speed = s.vehicle.motion, float(context.state[V])
     if motion.slow is not None:
-        return speed - motion.unseen + motion.slow.speed - motion.moments[-1].speed
+        return speed - motion.unseen + motion.slow.faster
     beside, std = motion.by_poses(context.config)
     known = standstill.NOISE * std <= standstill.least_unseen(context.config)
     return speed - s.vehicle.motion.unseen + beside if known else speed

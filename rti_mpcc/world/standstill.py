@@ -69,12 +69,12 @@ class SlowMotion(NamedTuple):
 
     Attributes:
         ahead: how far the vehicle is ahead of the estimated pose [m].
-        speed, std: speed and its standard deviation [m/s].
+        faster, std: by how much it is faster than estimated, and the standard deviation of that [m/s].
         beside: acceleration that acts besides what is known [m/s²].
     """
 
     ahead: float
-    speed: float
+    faster: float
     std: float
     beside: float
 
@@ -126,8 +126,7 @@ class AxisMotion:
             coming=(last.coming + monitor.commanded - last.commanded) * exp(-seconds / LAG),
         )
         motion = AxisMotion(moments=(*self._last(WINDOW - seconds), moment), pose=pose, noise=noise)
-        hidden = monitor.sensors.speed.problem or abs(measured) <= config.moving_speed
-        if hidden and noise.along > LEAST_NOISE:
+        if noise.along > LEAST_NOISE:
             motion = replace(motion, slow=motion._slow(monitor, config))
         found, std = motion.by_poses(config)
         if std == inf and measured == 0.0:  # as in a dead band
@@ -147,7 +146,7 @@ class AxisMotion:
         if len(rest) < FEWEST:
             return 0.0, inf
         if self.slow is not None:
-            return self.slow.speed - rest[0].speed, self.slow.std
+            return self.slow.faster, self.slow.std
         for count in (FEWEST, 2 * FEWEST, len(rest)):
             last = rest[:count]
             found, std = _slope([(m.at, m.driven) for m in last], self.noise.along)
@@ -175,7 +174,7 @@ class AxisMotion:
         x, y, phi = self.pose
         off = cos(phi) * (float(measured[X]) - x) + sin(phi) * (float(measured[Y]) - y)
         ahead, along, speed, beside, variance = track[-1, [AHEAD, ALONG, POSE_SPEED, BESIDE, VV]].tolist()
-        return SlowMotion(off + ahead - along, speed, sqrt(variance), beside)
+        return SlowMotion(off + ahead - along, speed - self.moments[-1].speed, sqrt(variance), beside)
 
     def _leapt(self, unseen: float, acting: float) -> tuple[float, float]:
         """What the last measured speed lacks [m/s], if it has leapt and the pose has not, and its standard
