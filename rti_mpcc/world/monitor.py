@@ -57,7 +57,7 @@ class StateMonitor:
         doubt: what is wrong, or ""; since: from when on [s].
         agrees_since: when doubted measurements of a standing vehicle began to agree [s], or None.
         relocalised: the vehicle was just relocalised.
-        odd: the measurement contradicts the one before.
+        odd_since: when measurements began to contradict one another [s], or None.
         disputed: the last possible speed that was measured contradicts the estimated one, or it is not known
             how long ago that was.
         gap: there was no usable measurement since a time without cycles.
@@ -78,7 +78,7 @@ class StateMonitor:
     since: float = 0.0
     agrees_since: float | None = None
     relocalised: bool = False
-    odd: bool = False
+    odd_since: float | None = None
     disputed: bool = False
     gap: bool = False
     reset: bool = False
@@ -94,15 +94,18 @@ class StateMonitor:
 
     def usable_measurement(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) for the last check of a command, None without any: the speed as it was given,
-        unless its sensor is left out. An impossible one counts as in the direction in which the vehicle is
-        estimated to move: it does not keep it from braking."""
+        unless its sensor is left out. Among measurements that contradict one another for long, an impossible
+        one counts as in the direction in which the vehicle is estimated to move: it does not keep it from
+        braking."""
         if self.measured is None or self.given is None:
             return self.measured
         usable = self.measured.copy()
         if not self.sensors.speed.problem:
             usable[V] = self.given[V]
         speed = 0.0 if self.state is None else float(self.state[V])
-        if abs(speed) > REST_SPEED and not (self.disputed or _possible(float(usable[V]), config)):
+        for_long = self.odd_since is not None and self.at - self.odd_since > config.plausibility.blind
+        known = for_long and not self.disputed and abs(speed) > REST_SPEED
+        if known and not _possible(float(usable[V]), config):
             usable[V] = np.copysign(usable[V], speed)
         return usable
 
@@ -178,7 +181,7 @@ def validate_measurement(
         doubt=problem,
         since=last.since if problem and last.doubt else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
-        odd=not alike,
+        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         disputed=disputed,
         reset=problem != "" and (last.reset if last.doubt else jump != "" and rests and leapt),
         tries=0 if sensors.moved > PROVEN else last.tries,
@@ -234,7 +237,7 @@ def _first(
         doubt=problem,
         since=last.since if last.doubt else now,
         agrees_since=None,
-        odd=True,
+        odd_since=now if last.odd_since is None else last.odd_since,
         disputed=last.state is not None,
         relocalised=False,
         gap=last.state is not None,

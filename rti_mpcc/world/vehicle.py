@@ -181,7 +181,7 @@ def _acted(s: World, drive: ActuatorRecord, begin: float, end: float) -> float:
 def _moves_as_measured(monitor: StateMonitor) -> bool:
     """Whether only the place of a doubted measurement is doubted."""
     measured, state = monitor.measured, monitor.state
-    if measured is None or state is None or monitor.steering_fault or monitor.odd:
+    if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
         return False
     if monitor.sensors.pose:
         return False

@@ -47,6 +47,7 @@ LED_ASTRAY = {
     "an impossible speed after another one": 2482,
     "an impossible speed, and a clock that stands": 1386,
     "an impossible speed while it drives off": 6265,
+    "an impossible speed in the cycle in which it was set elsewhere": 397,
     "one speed while it is docked": 3013,
 }
 """Cases of the list below that broke a promise once, by what was believed."""
