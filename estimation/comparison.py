@@ -241,17 +241,19 @@ def _curving(one: float, other: float) -> float:
 
 @inner
 def _unmoved(track: Array2, noise: float, limit: float) -> float:
-    """The change that was commanded while the steering sensor stayed as it was [rad], or 0.
+    """The largest change that was commanded while the steering sensor stayed as it was [rad], or 0.
 
     `noise`: of the steering sensor [rad]; no change leads beyond the `limit` [rad].
     """
     now, k, most = track[-1], len(track) - 1, _UNMOVED_MOST + SIGMAS * noise
+    then, wanted, least = index_before(track, _UNMOVED_TIME), 0.0, _UNMOVED_LEAST + SIGMAS * noise
     while k > 0 and abs(track[k - 1, DELTA] - now[DELTA]) <= most:
         k -= 1
-    before, wanted = track[k], track[index_before(track, _UNMOVED_TIME), STEERED] - track[k, STEERED]
-    commanded = max(min(before[DELTA] + wanted, limit), -limit) - before[DELTA]
-    told = before[AT] <= now[AT] - _UNMOVED_TIME + 1e-9
-    return commanded if told and abs(commanded) >= _UNMOVED_LEAST + SIGMAS * noise else 0.0
+        change = track[then, STEERED] - track[k, STEERED]
+        if k < then and abs(change) > abs(wanted):
+            wanted = change
+    commanded = max(min(now[DELTA] + wanted, limit), -limit) - now[DELTA]
+    return commanded if min(abs(wanted), abs(commanded)) >= least else 0.0
 
 
 @inner

@@ -95,3 +95,16 @@ def test_far_out_a_small_offset_of_the_steering_is_no_disagreement(
         state[4] = says
         known = compare_sensors(known, k * H, state, change, EXACT, BODY._replace(steering=1.2))
     assert bool(known.steering.problem) is left_out
+
+
+def test_a_steering_sensor_that_stays_is_told_by_the_largest_change_commanded_meanwhile() -> None:
+    """To -0.02 rad and then to +0.016: never 0.03 rad from where it stopped, but in between."""
+    known = Sensors(track=track_from(0.0, np.zeros(6), np.zeros(6)))
+    wheels, told = np.interp(np.arange(48) * H, (0.0, 1.0, 2.0), (0.0, -0.02, 0.016)), {}
+    for k in range(1, len(wheels)):
+        change = CommandedChange(0.0, float(wheels[k] - wheels[k - 1]), float(wheels[k - 1]), 0.0)
+        known = compare_sensors(known, k * H, np.zeros(6), change, EXACT, BODY)
+        told[k * H] = known.unmoved
+    first = min(at for at, words in told.items() if words)
+    assert first == pytest.approx(1.0 + 0.03 / 0.036 + 0.3, abs=2 * H)  # after the longest dead time
+    assert "a change by +0.03 rad was commanded" in told[first]
