@@ -37,7 +37,6 @@ K_I: Final = 0.5 * K_P * K_D / 3.0  # [1/s³]
 K_B: Final = 0.5  # [1/s]: b is corrected more slowly than it is found
 LEVEL = 0.03  # [m/s²]; a smaller disturbance is no slope: then the gain of the drive is known
 USUAL_GAIN = 0.2  # by which the drive may answer too strongly or weakly, to be docked at once
-LARGEST_SHARE = 2.0 / 3.0  # of the tolerance, beyond which a vehicle is not docked yet: a third is left
 STOOD_SHARE = 0.35  # of what a docked vehicle may move, that it may still move by what has not come to rest
 ANCHOR_SHARE = 0.5  # of the tolerance, within which the vehicle is held
 STEADY_LAG = 0.01  # [s]; of a vehicle that stood by steady commands none has to be reckoned with
@@ -111,7 +110,7 @@ def _has_stood(hold: Hold, s: ControllerState, context: PlanningContext) -> bool
     steady = abs(motion.still_coming()) <= K_P * (most + noise)
     still = motion.spread(standstill.PROOF_TIME) <= most + 2.0 * noise
     off = max(abs(context.error.x), abs(context.standing_error.x))
-    return slow and steady and still and off <= LARGEST_SHARE * context.tolerance[0]
+    return slow and steady and still and off <= standstill.DOCK_SHARE * context.tolerance[0]
 
 
 def _stands_by_poses(hold: Hold, s: ControllerState, most: float) -> bool:

@@ -29,6 +29,7 @@ from rti_mpcc.types import Array
 from rti_mpcc.world.monitor import StateMonitor
 
 REST_SHARE = 1.0 / 3.0  # of the tolerance, that a docked vehicle moves at most
+DOCK_SHARE = 1.0 - REST_SHARE  # of the tolerance, within which a vehicle is docked
 UNKNOWN_LAG = 0.5  # [s] of a drive that nobody has told of
 LAG = 0.3  # [s] of a drive, or by which it lags otherwise than was found
 WINDOW = 1.0  # [s] over which motion is looked at
