@@ -175,19 +175,22 @@ def _is_away(hold: Hold, context: PlanningContext) -> bool:
     """Whether a vehicle that is held is outside the tolerance.
 
     Once docked, it or the dock must have moved: noise is no motion.
-    Before, a drive that lags may swing along its axis by `OUTSIDE_SHARE`, or by the least clearance, but not
-    where the goal has moved away from where it is held.
+    Before, a drive that lags may `swing`, but not where the goal has moved away from where it is held.
     """
     error, mean = context.error, context.standing_error
     if hold.docked is None:
         length, across, turned = context.tolerance
-        swing = max(OUTSIDE_SHARE * length, context.config.clearance.least)
         held = abs(hold.anchor.relative_to(context.target.pose).x) <= standstill.DOCK_SHARE * length
-        return not held or abs(error.x) > swing or abs(error.y) > across or abs(error.phi) > turned
+        return not held or abs(error.x) > swing(context) or abs(error.y) > across or abs(error.phi) > turned
     before = hold.docked
     since = Pose2(mean.x - before.x, mean.y - before.y, mean.phi - before.phi)
     moved = not context.inside(mean) and not since.within(context.tolerance, MOVED_SHARE)
     return moved or not context.inside(error, OUTSIDE_SHARE)
+
+
+def swing(context: PlanningContext) -> float:
+    """By how much a vehicle that is held may swing along its axis [m]."""
+    return max(OUTSIDE_SHARE * context.tolerance[0], context.config.clearance.least)
 
 
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:

@@ -112,7 +112,7 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
     """A vehicle that starts plans its segment again from where it is; one that holds is inside."""
     if phase is not STARTING:
         since = None if phase is HOLDING else s.task.outside_since
-        hold = s.task.hold if phase is HOLDING else None
+        hold = s.task.hold if phase in (HOLDING, WAITING) else None
         return replace(s, task=replace(s.task, phase=phase, outside_since=since, hold=hold))
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):

@@ -18,7 +18,7 @@ from rti_mpcc.drive.search import SqpResult, first_plan
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, A, V
-from rti_mpcc.state import ControllerState, Phase, Yielding
+from rti_mpcc.state import ControllerState, Hold, Phase, Yielding
 from rti_mpcc.types import Reason, Source, Trajectory, Verdict
 from rti_mpcc.world import goal_setpoint
 from rti_mpcc.world.obstacles import CLEAR_TIME
@@ -164,9 +164,12 @@ def _wait_for_route(s: ControllerState, context: PlanningContext) -> Driven:
 
 
 def _wait(s: ControllerState, context: PlanningContext) -> Driven:
-    """Brake to a standstill along the last plan, in comfort or as hard as possible, and stand."""
+    """Brake to a standstill along the last plan, in comfort or as hard as possible, and stay there."""
+    s, verdict = holding.hold_here(s, context), Verdict(Reason.COMMANDED_TO_STAND)
+    if s.task.hold is not None:
+        return _held(s, s.task.hold, context, verdict)
     wanted = context.config.limits.acceleration if s.task.at_once else context.config.comfort_acceleration
-    return _stop(s, context, Verdict(Reason.COMMANDED_TO_STAND), wanted, along=s.plans.driven)
+    return _stop(s, context, verdict, wanted, along=s.plans.driven)
 
 
 def _hold(s: ControllerState, context: PlanningContext) -> Driven:
@@ -185,6 +188,11 @@ def _hold_at_goal(s: ControllerState, context: PlanningContext) -> Driven:
     assert hold is not None
     leaps = s.vehicle.monitor.sensors.leap != 0.0  # a sensor says that it drives: not docked, but held
     verdict = _at_goal(s, context) if hold.docked and not leaps else Verdict(Reason.SETTLES)
+    return _held(s, hold, context, verdict)
+
+
+def _held(s: ControllerState, hold: Hold, context: PlanningContext, verdict: Verdict) -> Driven:
+    """Stay at the anchor of the hold."""
     if abs(float(context.state[V])) > holding.FASTEST:  # it was pushed, say
         return _stop(s, context, verdict)
     motion = fallback.braking(context, context.config.comfort_acceleration)

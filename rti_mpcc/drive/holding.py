@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from math import degrees, hypot
+from math import degrees, hypot, inf
 from typing import Final
 
 from estimation.odometry import AT
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.course import conditions
 from rti_mpcc.course.context import PlanningContext
 from rti_mpcc.drive.fallback import SETTLING_TIME, ControlInput
 from rti_mpcc.model.layout import POSE, V
@@ -50,12 +51,7 @@ FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
-    hold = s.task.hold
-    if hold is None:
-        integral = _balancing(s)
-        off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
-        now = s.clock.now
-        hold = Hold(anchor=_anchor(context), since=now, integral=integral, balanced=now, corrected_by=off)
+    hold = s.task.hold or _begun(s, _anchor(context, ANCHOR_SHARE * context.tolerance[0]))
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
@@ -70,6 +66,27 @@ def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
         integral = 0.5 * (hold.integral - beside) if told else hold.integral
         hold = replace(hold, integral=integral, balanced=s.clock.now)
     return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
+
+
+def hold_here(s: ControllerState, context: PlanningContext) -> ControllerState:
+    """With the hold of a vehicle that is commanded to stand: where it is held already, or comes to rest.
+
+    One that is elsewhere, as it was moved or relocalised, stays there.
+    """
+    hold, here = s.task.hold, Pose2(*context.state[:POSE].tolist())
+    if hold is not None:
+        off = here.relative_to(hold.anchor)
+        if hypot(off.x, off.y) <= conditions.swing(context):
+            return s
+    hold = _begun(s, _anchor(context, inf)) if s.vehicle.stands else None
+    return replace(s, task=replace(s.task, hold=hold))
+
+
+def _begun(s: ControllerState, anchor: Pose2) -> Hold:
+    """A hold that starts in this cycle."""
+    integral, now = _balancing(s), s.clock.now
+    off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
+    return Hold(anchor=anchor, since=now, integral=integral, balanced=now, corrected_by=off)
 
 
 def _stays_at_once(hold: Hold, s: ControllerState, context: PlanningContext) -> bool:
@@ -132,7 +149,7 @@ def stays_put(s: ControllerState) -> bool:
     hold = s.task.hold
     if hold is not None and hold.docked is not None:
         return True
-    settles = hold is not None and not s.vehicle.monitor.doubt
+    settles = hold is not None and s.task.phase is Phase.HOLDING and not s.vehicle.monitor.doubt
     stands = s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
     return s.task.phase in STAYING and stands and not settles
 
@@ -153,9 +170,9 @@ def not_dead_reckoned(s: ControllerState) -> ControllerState:
     return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 
-def _anchor(context: PlanningContext) -> Pose2:
-    """Where the vehicle comes to rest, drawn into the tolerance along its axis."""
-    ahead, most = context.error.x, ANCHOR_SHARE * context.tolerance[0]
+def _anchor(context: PlanningContext, most: float) -> Pose2:
+    """Where the vehicle comes to rest, drawn along its axis to `most` [m] from the target."""
+    ahead = context.error.x
     rest = ahead + float(context.state[V]) * SETTLING_TIME
     here = Pose2(*context.state[:POSE].tolist())
     return here.compose(Pose2(min(max(rest, -most), most) - ahead, 0.0, 0.0))
@@ -217,7 +234,8 @@ def _speed(s: ControllerState, context: PlanningContext) -> float:
 def control(hold: Hold, s: ControllerState, context: PlanningContext) -> tuple[ControlInput, Hold]:
     """(H1): the control that holds the vehicle at its anchor, and the hold with its integral."""
     config, e, v = context.config, _ahead(hold, s, context), _speed(s, context)
-    if hold.docked is not None and s.vehicle.motion.spread() == 0.0:
+    stays = hold.docked is not None or s.task.phase is Phase.WAITING
+    if stays and s.vehicle.motion.spread() == 0.0:
         # Not even by noise: a brake holds it. What it is commanded is not to look like a motion.
         hold = replace(hold, integral=s.vehicle.disturbance.commanded(0.0))
         return ControlInput(0.0, 0.0, Source.STANDSTILL), hold

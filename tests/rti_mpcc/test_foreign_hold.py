@@ -12,17 +12,21 @@ import shapely
 
 from benchmarks.encounters import on_lane
 from benchmarks.foreign import Car, Event, drive, state_of
+from benchmarks.foreign_sensors import NOISE, Faulty, healthy
 from rti_mpcc import (
     Area,
     Command,
     ControllerConfig,
+    Dock,
     DockingController,
+    DockingMission,
     Pose2,
     ReferencePath,
     Source,
     Status,
     Vehicle,
     VehicleState,
+    Wait,
 )
 from rti_mpcc.types import Array
 from tests.lists import acceptance
@@ -148,6 +152,17 @@ def test_a_goal_that_moves_while_a_vehicle_is_held_but_not_docked_yet_is_docked_
     assert given
     assert ride.docked_at is not None
     assert (np.abs(ride.errors(moved)[-100:]) <= ControllerConfig().goal_tolerance).all()
+
+
+@pytest.mark.parametrize("events", [(), (Event("moved", 40.0, shift=(0.5, 0.0, 0.0)),)], ids=["", "moved"])
+def test_a_vehicle_that_waits_at_its_dock_stays_there(events: tuple[Event, ...]) -> None:
+    controller = DockingController.in_area(Area(), ControllerConfig(deadline=None))
+    mission = DockingMission(controller, [Dock(Pose2(0.0, 6.0, pi / 2)), Wait(70.0)])
+    car, sensor = Car(drive_lag=0.26, drive_dead_time=0.29, slope=-0.04), Faulty(healthy, noise=NOISE)
+    start, most = Pose2(0.0, 0.0, pi / 2), 0.1 if events else controller.config.goal_tolerance[0] / 3.0
+    ride = drive(mission.step, car, start, cycle=0.05, seconds=80.0, sensor=sensor, events=events)
+    waits = [command.mission is not None and command.mission.kind == "wait" for command in ride.commands]
+    assert ride.moved_after(41.0 if events else ride.stamps[waits.index(True)]) <= most
 
 
 def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
