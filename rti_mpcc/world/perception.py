@@ -84,7 +84,7 @@ class Perception:
             length = config.goal_tracking.filter.history
             poses = poses.noted(clock.now, Pose2(*monitor.state[:3].tolist()), length=length)
         disturbance = last.disturbance  # what a hold has found stays until something else is learnt
-        if known is not last.offsets:
+        if known is not last.offsets and not holds:
             disturbance = UNDISTURBED
             if known is not None:
                 disturbance = Disturbance(known.acceleration, known.steering, known.gain, known.turn)

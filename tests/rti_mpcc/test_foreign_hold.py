@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi
+from math import nan, pi
 from typing import Any
 
 import numpy as np
@@ -154,15 +154,24 @@ def test_a_goal_that_moves_while_a_vehicle_is_held_but_not_docked_yet_is_docked_
     assert (np.abs(ride.errors(moved)[-100:]) <= ControllerConfig().goal_tolerance).all()
 
 
-@pytest.mark.parametrize("events", [(), (Event("moved", 40.0, shift=(0.5, 0.0, 0.0)),)], ids=["", "moved"])
-def test_a_vehicle_that_waits_at_its_dock_stays_there(events: tuple[Event, ...]) -> None:
+@pytest.mark.parametrize(("shift", "unread"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.4)])
+def test_a_vehicle_that_waits_at_its_dock_stays_there(shift: float, unread: float) -> None:
+    """Also where it is after it was `moved` [m], or while its state cannot be read for a time [s]."""
     controller = DockingController.in_area(Area(), ControllerConfig(deadline=None))
     mission = DockingMission(controller, [Dock(Pose2(0.0, 6.0, pi / 2)), Wait(70.0)])
-    car, sensor = Car(drive_lag=0.26, drive_dead_time=0.29, slope=-0.04), Faulty(healthy, noise=NOISE)
-    start, most = Pose2(0.0, 0.0, pi / 2), 0.1 if events else controller.config.goal_tolerance[0] / 3.0
-    ride = drive(mission.step, car, start, cycle=0.05, seconds=80.0, sensor=sensor, events=events)
+
+    def step(state: VehicleState, *, now: float, **given: Any) -> Command:
+        return mission.step(replace(state, x=nan) if 40.0 <= now < 40.0 + unread else state, now=now, **given)
+
+    car = Car(drive_lag=0.26, drive_dead_time=0.29, slope=-0.04, creep=0.3 * (unread > 0.0))
+    moved, sensor = (
+        [Event("moved", 40.0, shift=(shift, 0.0, 0.0))] * (shift > 0.0),
+        Faulty(healthy, noise=NOISE),
+    )
+    start, most = Pose2(0.0, 0.0, pi / 2), 0.1 if moved else controller.config.goal_tolerance[0] / 3.0
+    ride = drive(step, car, start, cycle=0.05, seconds=80.0, sensor=sensor, events=moved)
     waits = [command.mission is not None and command.mission.kind == "wait" for command in ride.commands]
-    assert ride.moved_after(41.0 if events else ride.stamps[waits.index(True)]) <= most
+    assert ride.moved_after(41.0 if moved else ride.stamps[waits.index(True)]) <= most
 
 
 def test_a_vehicle_that_is_moved_out_of_its_dock_is_docked_no_more() -> None:
