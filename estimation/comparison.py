@@ -54,7 +54,7 @@ _DRIFT, _DRIFT_WAY = 0.06, 0.08
 """The angle between turns and steering sensor may change by so much [rad] in 1 s; seen over this way [m]."""
 _UNMOVED_TIME, _UNMOVED_LEAST, _UNMOVED_MOST = 0.3, 0.03, 0.002
 """A sensor that has changed by no more than the last [rad] has stayed as it is. That is told where at least
-the second [rad] was commanded, and that this time ago [s]: the longest dead time."""
+the second [rad] was commanded, so long ago [s], and so long after its last change: the longest dead time."""
 _FARTHEST = 1.3  # [rad] that wheels are turned
 _STEERING_STOP = 0.15  # [rad] from its limit, where a steering may end
 
@@ -249,8 +249,9 @@ def _unmoved(track: Array2, noise: float, limit: float) -> float:
     then, wanted, least = index_before(track, _UNMOVED_TIME), 0.0, _UNMOVED_LEAST + SIGMAS * noise
     while k > 0 and abs(track[k - 1, DELTA] - now[DELTA]) <= most:
         k -= 1
-        change = track[then, STEERED] - track[k, STEERED]
-        if k < then and abs(change) > abs(wanted):
+    for j in range(k, then):
+        change = track[then, STEERED] - track[j, STEERED]
+        if track[j, AT] >= track[k, AT] + _UNMOVED_TIME and abs(change) > abs(wanted):
             wanted = change
     commanded = max(min(now[DELTA] + wanted, limit), -limit) - now[DELTA]
     return commanded if min(abs(wanted), abs(commanded)) >= least else 0.0
