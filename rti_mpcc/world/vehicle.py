@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from math import radians
 
 from estimation import DisturbanceEstimate
 from estimation.actuator_bank import DRIVE, STEERING, VALUE
@@ -34,7 +35,7 @@ from rti_mpcc.world.monitor import StateMonitor
 from rti_mpcc.world.standstill import AxisMotion
 from rti_mpcc.world.world import VehicleEstimate, W, World
 
-OFFSET_REPORTED = 0.02  # [rad]; an offset of the steering larger by two standard deviations is told
+OFFSET_REPORTED = radians(1.0)  # an offset of the steering larger by two standard deviations is told
 Records = tuple[ActuatorRecord, ActuatorRecord]
 """Of drive and steering."""
 
