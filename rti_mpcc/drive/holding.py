@@ -51,7 +51,7 @@ FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
-    hold = s.task.hold or _begun(s, _anchor(context, ANCHOR_SHARE * context.tolerance[0]))
+    hold = _kept(s) or _begun(s, _anchor(context, ANCHOR_SHARE * context.tolerance[0]))
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
@@ -73,13 +73,20 @@ def hold_here(s: ControllerState, context: PlanningContext) -> ControllerState:
 
     One that is elsewhere, as it was moved or relocalised, stays there.
     """
-    hold, here = s.task.hold, Pose2(*context.state[:POSE].tolist())
-    if hold is not None:
-        off = here.relative_to(hold.anchor)
-        if hypot(off.x, off.y) <= conditions.swing(context):
-            return s
-    hold = _begun(s, _anchor(context, inf)) if s.vehicle.stands else None
+    hold, here = _kept(s), Pose2(*context.state[:POSE].tolist())
+    if hold is None:
+        hold = _begun(s, _anchor(context, inf)) if s.vehicle.stands else None
+    elif hypot(here.x - hold.anchor.x, here.y - hold.anchor.y) > conditions.swing(context):
+        hold = replace(hold, anchor=_anchor(context, inf), docked=None)
     return replace(s, task=replace(s.task, hold=hold))
+
+
+def _kept(s: ControllerState) -> Hold | None:
+    """The hold of the last cycle, or None. Where the pose has jumped, the vehicle stands as it stood."""
+    hold, off = s.task.hold, s.vehicle.motion.jump()
+    if hold is None or off == 0.0:
+        return hold
+    return replace(hold, anchor=hold.anchor.compose(Pose2(off, 0.0, 0.0)))
 
 
 def _begun(s: ControllerState, anchor: Pose2) -> Hold:

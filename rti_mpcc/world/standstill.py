@@ -40,6 +40,7 @@ PROOF_TIME = 1.0  # [s] for which a vehicle that moves otherwise than commanded 
 LEAST_MOMENTS = 6  # for an acceleration by poses
 LEAST_NOISE = 1e-4  # [m], [m/s], standard deviation of poses and speeds without noise
 LARGEST_STEP = 1.0  # [s]; after a longer gap the motion is looked at anew
+JUMP, UNMEASURED = 0.01, 0.2  # [m], [m/s] that a speed sensor may not show: by more a pose has jumped
 _at = attrgetter("at")
 
 
@@ -214,6 +215,17 @@ class AxisMotion:
         first, last = self.moments[-3], self.moments[-1]
         change = abs(last.unexplained - first.unexplained) - NOISE * self.noise.speed
         return max(change, 0.0) / (last.at - first.at)
+
+    def jump(self) -> float:
+        """By how much the pose has jumped along the axis in the last cycle [m], as one that is corrected by a
+        map does, or 0: no motion that the speeds or noise explain."""
+        if len(self.moments) < 2:
+            return 0.0
+        *_, last, now = self.moments
+        seconds = now.at - last.at
+        off = now.driven - last.driven - 0.5 * (last.speed + now.speed) * seconds
+        most = JUMP + UNMEASURED * seconds + self.noise.along
+        return off if abs(off) > most else 0.0
 
     def still_coming(self) -> float:
         """Acceleration [m/s²] that a drive that lags by `LAG` still has to follow its commands by."""

@@ -139,7 +139,8 @@ def test_a_brake_is_set_where_a_vehicle_that_is_not_docked_yet_stands_in_doubt()
 def test_a_goal_that_moves_while_a_vehicle_is_held_but_not_docked_yet_is_docked_at(tolerances: float) -> None:
     start, most = Pose2(0.0, 0.0, pi / 2), ControllerConfig().goal_tolerance[0]
     controller = on_lane(ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)]), 4.0)
-    moved, given = Pose2(0.0, 6.0 + tolerances * most, pi / 2), []
+    moved = Pose2(0.0, 6.0 + tolerances * most, pi / 2)
+    given: list[Pose2] = []
 
     def step(state: VehicleState, **told: Any) -> Command:
         command = controller.step(state, goal=given[0] if given else None, **told)
@@ -154,20 +155,21 @@ def test_a_goal_that_moves_while_a_vehicle_is_held_but_not_docked_yet_is_docked_
     assert (np.abs(ride.errors(moved)[-100:]) <= ControllerConfig().goal_tolerance).all()
 
 
-@pytest.mark.parametrize(("shift", "unread"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.4)])
-def test_a_vehicle_that_waits_at_its_dock_stays_there(shift: float, unread: float) -> None:
-    """Also where it is after it was `moved` [m], or while its state cannot be read for a time [s]."""
+@pytest.mark.parametrize(
+    ("shift", "unread", "corrected"), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.09)]
+)
+def test_a_vehicle_that_waits_at_its_dock_stays_there(shift: float, unread: float, corrected: float) -> None:
+    """Also where it is after a `shift` [m], after states that are not read, or after a map is corrected."""
     controller = DockingController.in_area(Area(), ControllerConfig(deadline=None))
     mission = DockingMission(controller, [Dock(Pose2(0.0, 6.0, pi / 2)), Wait(70.0)])
 
     def step(state: VehicleState, *, now: float, **given: Any) -> Command:
-        return mission.step(replace(state, x=nan) if 40.0 <= now < 40.0 + unread else state, now=now, **given)
+        x = nan if 40.0 <= now < 40.0 + unread else state.x
+        return mission.step(replace(state, x=x, y=state.y + corrected * (now >= 40.0)), now=now, **given)
 
     car = Car(drive_lag=0.26, drive_dead_time=0.29, slope=-0.04, creep=0.3 * (unread > 0.0))
-    moved, sensor = (
-        [Event("moved", 40.0, shift=(shift, 0.0, 0.0))] * (shift > 0.0),
-        Faulty(healthy, noise=NOISE),
-    )
+    moved = [Event("moved", 40.0, shift=(shift, 0.0, 0.0))] * (shift > 0.0)
+    sensor = Faulty(healthy, noise=None if corrected else NOISE)
     start, most = Pose2(0.0, 0.0, pi / 2), 0.1 if moved else controller.config.goal_tolerance[0] / 3.0
     ride = drive(step, car, start, cycle=0.05, seconds=80.0, sensor=sensor, events=moved)
     waits = [command.mission is not None and command.mission.kind == "wait" for command in ride.commands]
