@@ -69,13 +69,14 @@ def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
 
 
 def hold_here(s: ControllerState, context: PlanningContext) -> ControllerState:
-    """With the hold of a vehicle that is commanded to stand: where it is held already, or comes to rest.
+    """With the hold of a vehicle that is commanded to stand: where it is held already, or has come to rest.
 
     One that is elsewhere, as it was moved or relocalised, stays there.
     """
     hold, here = _kept(s), Pose2(*context.state[:POSE].tolist())
     if hold is None:
-        hold = _begun(s, _anchor(context, inf)) if s.vehicle.stands else None
+        stands = s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
+        hold = _begun(s, _anchor(context, inf)) if stands else None
     elif hypot(here.x - hold.anchor.x, here.y - hold.anchor.y) > conditions.swing(context):
         hold = replace(hold, anchor=_anchor(context, inf), docked=None)
     return replace(s, task=replace(s.task, hold=hold))
