@@ -165,14 +165,15 @@ def _gaps(track: Array2, windows: tuple[float, ...], noise: Noise, late: float) 
 def _point_ahead(track: Array2, noise: Noise, wheelbase: float) -> float:
     """How far ahead of the rear axle [m] the point is whose pose is measured, or 0.
 
-    Such a point moves aside by that distance for each radian turned: least squares over the track.
+    Such a point moves aside by that distance for each radian turned: least squares over the track. The turn
+    is that of speed and steering: a pose that jumps, as one that is corrected by a map, turns nobody.
     """
-    phi, aside, n = track[:, PHI], track[:, ASIDE], len(track)
-    if phi.max() - phi.min() < _POINT_TURN + SIGMAS * noise.heading:
+    turned, aside, n = track[:, TURNED], track[:, ASIDE], len(track)
+    if turned.max() - turned.min() < _POINT_TURN + SIGMAS * noise.heading:
         return 0.0
     turns, asides, both = 0.0, 0.0, 0.0
     for k in range(n):
-        turn, off = phi[k] - phi.mean(), aside[k] - aside.mean()
+        turn, off = turned[k] - turned.mean(), aside[k] - aside.mean()
         turns, asides, both = turns + turn * turn / n, asides + off * off / n, both + turn * off / n
     ahead = both / turns
     shown, left = abs(ahead) * sqrt(turns), sqrt(max(asides - ahead * both, 0.0))  # root mean squares [m]

@@ -108,3 +108,13 @@ def test_a_steering_sensor_that_stays_is_told_by_the_largest_change_commanded_me
     first = min(at for at, words in told.items() if words)
     assert first == pytest.approx(1.0 + 0.03 / 0.036 + 0.3, abs=2 * H)  # after the longest dead time
     assert "a change by +0.03 rad was commanded" in told[first]
+
+
+@pytest.mark.parametrize("delta", [0.01, 0.05, -0.05])
+def test_a_pose_that_is_corrected_by_a_map_is_not_that_of_another_point(delta: float) -> None:
+    known = Sensors(track=track_from(0.0, arc(0, 1.0, delta), arc(0, 1.0, delta)))
+    for k in range(1, 60):
+        state = arc(k, 1.0, delta)
+        state[:3] += (0.0, 0.06, 0.02) if k > 30 else 0.0
+        known = compare_sensors(known, k * H, state, CommandedChange(0.0, 0.0, delta, 0.0), EXACT, BODY)
+        assert not known.elsewhere
