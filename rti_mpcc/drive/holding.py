@@ -75,8 +75,9 @@ def hold_here(s: ControllerState, context: PlanningContext) -> ControllerState:
     """
     hold, here = _kept(s), Pose2(*context.state[:POSE].tolist())
     if hold is None:
-        stands = s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
-        hold = _begun(s, _anchor(context, inf)) if stands else None
+        config, stands = context.config, s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
+        rests = stands and abs(context.acceleration) <= config.comfort.jerk * config.cycle
+        hold = _begun(s, _anchor(context, inf)) if rests else None
     elif hypot(here.x - hold.anchor.x, here.y - hold.anchor.y) > conditions.swing(context):
         hold = replace(hold, anchor=_anchor(context, inf), docked=None)
     return replace(s, task=replace(s.task, hold=hold))
