@@ -51,7 +51,7 @@ FASTEST = 0.3  # [m/s]; a faster vehicle is braked, not held
 
 def start_hold(s: ControllerState, context: PlanningContext) -> ControllerState:
     """With the hold of a vehicle that stands at its goal, started in this cycle or earlier."""
-    hold = _kept(s) or _begun(s, _anchor(context, ANCHOR_SHARE * context.tolerance[0]))
+    hold = _kept(s) or _begun(s, context, ANCHOR_SHARE * context.tolerance[0])
     if hold.docked is None and context.inside(context.standing_error):
         if _stays_at_once(hold, s, context):
             hold = replace(hold, docked=context.standing_error)
@@ -77,10 +77,10 @@ def hold_here(s: ControllerState, context: PlanningContext) -> ControllerState:
     if hold is None:
         config, stands = context.config, s.vehicle.is_stationary(s.clock.now, standstill.PROOF_TIME)
         rests = stands and abs(context.acceleration) <= config.comfort.jerk * config.cycle
-        hold = _begun(s, _anchor(context, inf)) if rests else None
+        hold = _begun(s, context) if rests else None
     elif hypot(here.x - hold.anchor.x, here.y - hold.anchor.y) > conditions.swing(context):
-        hold = replace(hold, anchor=_anchor(context, inf), docked=None)
-    return replace(s, task=replace(s.task, hold=hold))
+        hold = replace(hold, anchor=_anchor(context), docked=None)
+    return s if hold is s.task.hold else replace(s, task=replace(s.task, hold=hold))
 
 
 def _kept(s: ControllerState) -> Hold | None:
@@ -91,10 +91,11 @@ def _kept(s: ControllerState) -> Hold | None:
     return replace(hold, anchor=hold.anchor.compose(Pose2(off, 0.0, 0.0)))
 
 
-def _begun(s: ControllerState, anchor: Pose2) -> Hold:
-    """A hold that starts in this cycle."""
+def _begun(s: ControllerState, context: PlanningContext, most: float = inf) -> Hold:
+    """A hold that starts in this cycle, at most so far from the target [m], see `_anchor`."""
     integral, now = _balancing(s), s.clock.now
     off = abs(s.vehicle.disturbance.commanded(0.0) - integral)
+    anchor = _anchor(context, most)
     return Hold(anchor=anchor, since=now, integral=integral, balanced=now, corrected_by=off)
 
 
@@ -179,7 +180,7 @@ def not_dead_reckoned(s: ControllerState) -> ControllerState:
     return replace(s, vehicle=replace(s.vehicle, monitor=monitor))
 
 
-def _anchor(context: PlanningContext, most: float) -> Pose2:
+def _anchor(context: PlanningContext, most: float = inf) -> Pose2:
     """Where the vehicle comes to rest, drawn along its axis to `most` [m] from the target."""
     ahead = context.error.x
     rest = ahead + float(context.state[V]) * SETTLING_TIME
