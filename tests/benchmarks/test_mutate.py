@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.mutate import NO_PLACE, NO_TESTS, SURVIVED, Edit, edits, noticed_by, place_of
+from benchmarks.tables import ROOT
 
 EDIT = Edit(
     what="what it adds is subtracted",
@@ -64,6 +65,7 @@ def test_code_that_is_gone_or_there_twice_is_no_place(tree: Path, text: str) -> 
 def test_each_edit_changes_something_in_code_that_is_named() -> None:
     assert len({edit.what for edit in edits()}) == len(edits()) >= 60
     assert all(edit.old != edit.new and edit.tests for edit in edits())
+    assert [edit.what for edit in edits() if place_of(edit, ROOT) is None] == []
 
 
 @pytest.mark.acceptance
