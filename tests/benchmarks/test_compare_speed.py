@@ -24,6 +24,11 @@ def test_of_each_cycle_the_least_time_of_all_rounds_counts() -> None:
     assert found[1] == ["abc [ms]", "3.00", "3.90", "3.98"]
 
 
+def test_rounds_that_differ_in_length_are_compared_as_far_as_both_go() -> None:
+    found = rows([np.full(9, 2.0), np.full(4, 1.0)], [np.full(7, 1.0)] * 2, "abc")
+    assert found[2] == ["ratio", "1.000", "1.000", "1.000"]
+
+
 def test_it_is_the_tree_that_is_driven(tmp_path: Path) -> None:
     """A package of the same name that tells other times."""
     (tmp_path / "rti_mpcc").mkdir()

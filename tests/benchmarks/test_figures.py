@@ -6,6 +6,11 @@ import pytest
 from benchmarks.figures import Target, distribution, ratio_row, relative_change, target_table
 
 
+def test_percentiles_of_a_known_distribution() -> None:
+    found = distribution(np.arange(101.0))
+    assert (found.count, found.p50, found.p95, found.p99, found.max) == (101, 50.0, 95.0, 99.0, 100.0)
+
+
 @pytest.mark.parametrize("values", [[], [1.0, np.nan], [np.inf]])
 def test_a_distribution_of_nothing_or_of_what_is_no_number_is_refused(values: list[float]) -> None:
     with pytest.raises(ValueError, match="finite"):

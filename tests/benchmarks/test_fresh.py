@@ -13,6 +13,7 @@ from benchmarks.tables import ROOT, named
 
 STUDY = "python -m benchmarks.measure_results"
 DECLARED = "Refactored\n\nFigures: unchanged{} (benchmarks.same: 330 of 330)"
+Printed = pytest.CaptureFixture[str]
 
 
 class Repository:
@@ -59,9 +60,7 @@ def repository(tmp_path: Path) -> Repository:
     return found
 
 
-def test_a_figure_is_out_of_date_once_the_code_changes(
-    repository: Repository, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_figure_is_out_of_date_once_the_code_changes(repository: Repository, capsys: Printed) -> None:
     assert check(repository.root) == 0
     assert "1 up to date, 0 out of date, 0 dated" in capsys.readouterr().out
     repository.commit("rti_mpcc/docking.py", "Brakes later")
@@ -114,9 +113,7 @@ def test_a_declaration_needs_its_proof_and_a_commit_that_exists(repository: Repo
     assert check(repository.root) == 1
 
 
-def test_a_table_of_no_commit_is_out_of_date(
-    repository: Repository, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_table_of_no_commit_is_out_of_date(repository: Repository, capsys: Printed) -> None:
     commit = repository.git("rev-parse", "--short", "HEAD")
     repository.figure(commit, changed=True)
     assert check(repository.root) == 1
@@ -132,9 +129,7 @@ def test_a_table_of_no_commit_is_out_of_date(
     assert "docs/results.md: run.*, a picture: no command and commit" in said
 
 
-def test_what_takes_long_is_dated_and_fails_nothing(
-    repository: Repository, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_takes_long_is_dated_and_fails_nothing(repository: Repository, capsys: Printed) -> None:
     commit = repository.git("rev-parse", "--short", "HEAD")
     repository.figure(commit, "python -m benchmarks.optimum --seed 3")
     repository.commit("rti_mpcc/docking.py")
@@ -144,7 +139,7 @@ def test_what_takes_long_is_dated_and_fails_nothing(
 
 
 def test_without_the_commits_nothing_is_checked(
-    repository: Repository, tmp_path_factory: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+    repository: Repository, tmp_path_factory: pytest.TempPathFactory, capsys: Printed
 ) -> None:
     repository.commit("rti_mpcc/docking.py")
     assert check(repository.root) == 1
@@ -157,7 +152,7 @@ def test_without_the_commits_nothing_is_checked(
     assert "not checked" in capsys.readouterr().out
 
 
-def test_a_commit_that_nobody_has_is_none(repository: Repository, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_commit_that_nobody_has_is_none(repository: Repository, capsys: Printed) -> None:
     known = repository.git("rev-parse", "--short", "HEAD")
     page = repository.root / "docs" / "results.md"
     other = page.read_text().replace("results -->", "other -->").replace(known, "abcdef0")
@@ -166,9 +161,7 @@ def test_a_commit_that_nobody_has_is_none(repository: Repository, capsys: pytest
     assert "no such commit before HEAD" in capsys.readouterr().out
 
 
-def test_only_what_is_out_of_date_is_measured_again(
-    repository: Repository, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_what_is_out_of_date_is_measured_again(repository: Repository, capsys: Printed) -> None:
     command = "python -m study"
     repository.figure(repository.git("rev-parse", "--short", "HEAD"), command)
     repository.write("study.py", "open('driven', 'a').write('x')")

@@ -42,6 +42,17 @@ def test_trajectories_are_motions(run: dict[str, str]) -> None:
     assert not track.poses.flags.writeable
 
 
+def test_rms_and_energy_agree() -> None:
+    run = published_run("docking_inside", "dynamic")
+    for name, energy in run["energy"].items():
+        assert np.sqrt(energy / run["time_to_tolerance_s"]) == pytest.approx(run["rms"][name], rel=0.01)
+
+
+def test_what_is_not_known_of_a_run_is_none() -> None:
+    course = published_run("path_following", "dynamic")
+    assert course["time_in_paper_s"] is course["min_clearance_m"] is None
+
+
 def test_origin_is_told_and_settings_of_the_paper_are_those_of_the_preset() -> None:
     assert "published code of the paper's authors, run headless" in published()["origin"]
     config = ControllerConfig.paper()

@@ -6,7 +6,7 @@ import numpy as np
 import osqp
 import pytest
 
-from benchmarks.measure_solver import WAYS, Recorded, recorded
+from benchmarks.measure_solver import WAYS, Recorded, recorded, rows
 from rti_mpcc.model.layout import DELTA_DOT, THETA_DOT, A
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.types import Array
@@ -52,3 +52,9 @@ def test_each_way_has_the_same_solution(name: str, problems: list[Recorded]) -> 
         gone = pattern.control_columns[:, ELIMINATED.get(name, [])].ravel()
         whole = np.delete(optimum(qp), gone)
         assert optimum(other) == pytest.approx(whole, abs=2e-4)
+
+
+def test_the_table_has_a_row_for_each_way(problems: list[Recorded]) -> None:
+    lines = rows(problems)
+    assert [line[0] for line in lines] == list(WAYS)
+    assert all(float(figure) > 0.0 for line in lines for figure in line[1:])

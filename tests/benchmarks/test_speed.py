@@ -11,7 +11,7 @@ import pytest
 from scipy import sparse
 
 from benchmarks import phases
-from benchmarks.ledger import compared, solved_by_osqp, solved_by_piqp
+from benchmarks.ledger import KINDS, compared, kind_of, solved_by_osqp, solved_by_piqp
 from benchmarks.phases import PHASES, SolverCounts, Watches
 from benchmarks.sweeps import POINTS, denser, middle, sparse_corridor, winding, with_points
 from benchmarks.workload import later, solving
@@ -45,6 +45,14 @@ def test_rounds_leave_first_cycles_and_those_without_a_qp_apart() -> None:
     )
     assert later(cycles)["step_ms"].tolist() == [1.0, 2.0, 3.0]
     assert solving(cycles)["step_ms"].tolist() == [1.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("time_to_go", "kind"), [(None, "cruise"), (20.0, "arrival"), (4.9, "final approach")]
+)
+def test_kinds_of_qps(time_to_go: float | None, kind: str) -> None:
+    assert kind_of(time_to_go) == kind
+    assert kind in KINDS
 
 
 def test_runs_with_both_settings_are_compared() -> None:

@@ -22,7 +22,8 @@ from rti_mpcc.simulation.docks_file import load_docks
 from tests.rti_mpcc.cli_runs import SCENARIO
 
 Reader = Callable[[Path], object]
-READERS: dict[str, tuple[Reader, type[InputError], str]] = {
+Asked = tuple[Reader, type[InputError], str]
+READERS: dict[str, Asked] = {
     "scenario": (load_scenario, ScenarioError, "file.toml"),
     "docks": (load_docks, ScenarioError, "file.toml"),
     "map": (Area.from_map, AreaError, "file.yaml"),
@@ -47,23 +48,19 @@ def refusal(reader: Reader, error: type[InputError], file: Path) -> str:
 
 
 @pytest.fixture(params=READERS)
-def asked(request: pytest.FixtureRequest) -> tuple[Reader, type[InputError], str]:
-    found: tuple[Reader, type[InputError], str] = READERS[request.param]
+def asked(request: pytest.FixtureRequest) -> Asked:
+    found: Asked = READERS[request.param]
     return found
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
-def test_a_pipe_is_refused_and_not_waited_for(
-    asked: tuple[Reader, type[InputError], str], tmp_path: Path
-) -> None:
+def test_a_pipe_is_refused_and_not_waited_for(asked: Asked, tmp_path: Path) -> None:
     reader, error, name = asked
     os.mkfifo(tmp_path / name)
     assert "it is no regular file" in refusal(reader, error, tmp_path / name)
 
 
-def test_a_file_that_is_far_too_large_is_refused_unread(
-    asked: tuple[Reader, type[InputError], str], tmp_path: Path
-) -> None:
+def test_a_file_that_is_far_too_large_is_refused_unread(asked: Asked, tmp_path: Path) -> None:
     reader, error, name = asked
     with (tmp_path / name).open("wb") as stream:
         stream.truncate(files.RECORDING + 1)  # takes no place on the disk

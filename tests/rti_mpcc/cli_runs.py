@@ -8,6 +8,8 @@ import pytest
 
 from rti_mpcc.cli import main
 
+Printed = pytest.CaptureFixture[str]
+
 SCENARIO = """
 name = "short"
 [path]
@@ -60,7 +62,7 @@ def write_mission(duration: float, *, cycle: float = 0.05) -> None:
     Path("delivery.toml").write_text(MISSION.replace("DURATION", str(duration)).replace("CYCLE", str(cycle)))
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+def refused(capsys: Printed, *arguments: str) -> str:
     """What a call that must be refused says: on stderr alone, without a traceback."""
     assert main(arguments) == 2
     said = capsys.readouterr()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
 from typing import Any
@@ -122,18 +123,11 @@ class Wrapped:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
 
-    def step(
-        self,
-        state: VehicleState,
-        *,
-        now: float,
-        goal: Pose2 | None = None,
-        **told: Any,
-    ) -> Command:
-        state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
+    def step(self, state: VehicleState, *, goal: Pose2 | None = None, **told: Any) -> Command:
+        state = replace(state, phi=float(wrap(state.phi)))
         if goal is not None:
-            goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
-        return self.controller.step(state, now=now, goal=goal, **told)
+            goal = replace(goal, phi=float(wrap(goal.phi)))
+        return self.controller.step(state, goal=goal, **told)
 
 
 class Clocked:

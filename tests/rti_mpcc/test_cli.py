@@ -13,7 +13,7 @@ from rti_mpcc.cli import main
 from rti_mpcc.simulation import builtin_names, save_scenario
 from tests.lists import acceptance
 from tests.processes import fresh
-from tests.rti_mpcc.cli_runs import refused, write_short
+from tests.rti_mpcc.cli_runs import Printed, refused, write_short
 from tests.rti_mpcc.short_missions import short
 
 FOLDER = Path("runs/short")
@@ -29,14 +29,14 @@ def figures(folder: Path = FOLDER) -> dict[str, Any]:
     return found
 
 
-def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -> None:
+def test_scenarios_lists_the_built_in_ones(capsys: Printed) -> None:
     assert main(["scenarios"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == list(builtin_names())
     assert all(len(line.split()) > 3 for line in lines)
 
 
-def test_docked_run_prints_a_table_writes_its_files_and_exits_0(capsys: pytest.CaptureFixture[str]) -> None:
+def test_docked_run_prints_a_table_writes_its_files_and_exits_0(capsys: Printed) -> None:
     write_short(30.0, "cycle = 0.1\n")
     assert main(["run", "short.toml"]) == 0
     said = capsys.readouterr()
@@ -56,7 +56,7 @@ def test_options_reach_the_run_which_exits_1_where_it_does_not_dock() -> None:
     assert {file.name for file in Path("here/there").iterdir()} == {"summary.json", "trajectory.csv"}
 
 
-def test_goal_source_without_detections_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_goal_source_without_detections_is_refused(capsys: Printed) -> None:
     assert refused(capsys, "run", "short.toml", "--goal-source", "raw") == (
         "rti-mpcc: error: goal_source = 'raw': must be 'detected', the default, "
         "in a scenario without [goal.measurement] such as short\n"
@@ -92,7 +92,7 @@ LATE = {"kind": "undock", "distance": 5.0, "timeout": 1.0}
     ],
 )
 def test_the_status_says_whether_all_steps_succeeded(
-    capsys: pytest.CaptureFixture[str], steps: Any, status: int, lines: list[str]
+    capsys: Printed, steps: Any, status: int, lines: list[str]
 ) -> None:
     file = save_scenario(short() if steps is None else short(mission=steps), Path())
     assert main(["run", str(file), "--no-plots", "--out", "out"]) == status
@@ -100,7 +100,7 @@ def test_the_status_says_whether_all_steps_succeeded(
     assert all(line in said for line in lines)
 
 
-def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: Printed) -> None:
     write_short(0.2, curvature=0.26)
     for _ in range(2):
         main(["run", "short.toml", "--no-plots"])
@@ -109,7 +109,7 @@ def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFix
         assert "the path, segment 0, theta = 0.00 to" in change
 
 
-def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_scenarios_have_one_line_a_problem(capsys: Printed) -> None:
     write_short(0.2, "cycle = 9\nspeed = 3\n")
     first, second = refused(capsys, "run", "short.toml").splitlines()
     assert first == "rti-mpcc: error: short.toml: simulation.cycle = 9: must be <= 0.2"
@@ -117,7 +117,7 @@ def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str
     assert not Path("runs").exists()
 
 
-def test_files_that_are_not_there_or_not_toml(capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_that_are_not_there_or_not_toml(capsys: Printed) -> None:
     Path("broken.toml").write_text("name = ")
     Path("binary.toml").write_bytes(b"\xff\xfe")
     Path("path.toml").write_text('name = "bad"\n[path]\nfile = "no.csv"\n[corridor]\nleft = 3\nright = -3\n')
@@ -133,7 +133,7 @@ def test_files_that_are_not_there_or_not_toml(capsys: pytest.CaptureFixture[str]
 
 @pytest.mark.parametrize("command", ["run", "plan"])
 def test_folder_that_cannot_be_made_is_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture, command: str
+    capsys: Printed, caplog: pytest.LogCaptureFixture, command: str
 ) -> None:
     caplog.set_level(logging.INFO, logger="rti_mpcc")
     Path("file").write_text("")
@@ -143,7 +143,7 @@ def test_folder_that_cannot_be_made_is_refused_before_the_run(
     assert caplog.messages == []  # a controller that is made tells its vehicle
 
 
-def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+def test_file_that_cannot_be_written_is_named(capsys: Printed) -> None:
     Path("out/summary.json").mkdir(parents=True)
     assert "out/summary.json: " in refused(capsys, "run", "short.toml", "--out", "out", "--no-plots")
 
@@ -182,13 +182,13 @@ def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]
         ("replay short.toml --tolerance nan", "'nan' must be a number >= 0"),
     ],
 )
-def test_wrong_arguments_exit_2(capsys: pytest.CaptureFixture[str], arguments: str, message: str) -> None:
+def test_wrong_arguments_exit_2(capsys: Printed, arguments: str, message: str) -> None:
     assert message in refused(capsys, *arguments.split())
     assert not Path("runs").exists()
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
-def test_help_exits_0(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
+def test_help_exits_0(capsys: Printed, arguments: list[str]) -> None:
     assert main(arguments) == 0
     assert "usage: rti-mpcc" in capsys.readouterr().out
 
@@ -200,9 +200,7 @@ class Interrupting(logging.Handler):
         raise KeyboardInterrupt
 
 
-def test_interrupt_leaves_no_traceback(
-    capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_interrupt_leaves_no_traceback(capsys: Printed, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO, logger="rti_mpcc")
     log, handler = logging.getLogger("rti_mpcc"), Interrupting()
     log.addHandler(handler)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from rti_mpcc.cli import main
-from tests.rti_mpcc.cli_runs import refused, write_short
+from tests.rti_mpcc.cli_runs import Printed, refused, write_short
 from tests.rti_mpcc.dock_files import FIRST, SECOND, written
 
 BLOCK = "[[8, 3], [10, 3], [10, 5], [8, 5]]"
@@ -34,7 +34,7 @@ def _files(elsewhere: Path) -> None:
     write_short(0.3)
 
 
-def test_a_route_that_is_found_exits_0_and_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_route_that_is_found_exits_0_and_writes_its_files(capsys: Printed) -> None:
     assert main(["plan", "hall.toml", "--out", "here/there"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
@@ -48,7 +48,7 @@ def test_a_route_that_is_found_exits_0_and_writes_its_files(capsys: pytest.Captu
 
 
 def test_no_route_exits_1_says_how_far_it_got_and_leaves_no_old_route(
-    capsys: pytest.CaptureFixture[str],
+    capsys: Printed,
 ) -> None:
     assert main(["plan", "hall.toml"]) == 0
     Path("hall.toml").write_text(HALL.replace(BLOCK, "[[8, -6], [10, -6], [10, 6], [8, 6]]"))
@@ -63,7 +63,7 @@ def test_no_route_exits_1_says_how_far_it_got_and_leaves_no_old_route(
     assert Path("runs/hall/route.csv").read_text() == "s,x,y,heading,curvature,direction,segment\n"
 
 
-def test_docks_are_listed_and_drawn(capsys: pytest.CaptureFixture[str]) -> None:
+def test_docks_are_listed_and_drawn(capsys: Printed) -> None:
     assert main(["docks", "yard.toml"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
@@ -74,7 +74,7 @@ def test_docks_are_listed_and_drawn(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("runs/yard/docks.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_every_method_and_preset_is_compared(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_method_and_preset_is_compared(capsys: Printed) -> None:
     asked = ["--methods", "dynamic", "constant_50", "--presets", "paper", "default"]
     assert main(["compare", "short.toml", *asked, "--jobs", "1", "--out", "there"]) == 0
     said = capsys.readouterr()
@@ -88,14 +88,14 @@ def test_every_method_and_preset_is_compared(capsys: pytest.CaptureFixture[str])
         assert word in said.out
 
 
-def test_two_scenarios_of_one_name_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_scenarios_of_one_name_are_refused(capsys: Printed) -> None:
     Path("other.toml").write_text(Path("short.toml").read_text())
     told = "short.toml and other.toml have the same name, 'short': give each its own"
     assert refused(capsys, "compare", "short.toml", "other.toml") == f"rti-mpcc: error: {told}\n"
     assert not Path("runs").exists()
 
 
-def test_compared_runs_are_animated_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
+def test_compared_runs_are_animated_side_by_side(capsys: Printed) -> None:
     assert main(["compare", "short.toml", "--methods", "dynamic", "switched", "--animate"]) == 0
     (file,) = (file for file in Path("runs/compare").iterdir() if file.stem == "short")
     assert str(file) in capsys.readouterr().out

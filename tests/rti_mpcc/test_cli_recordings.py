@@ -13,7 +13,7 @@ from PIL import Image
 from rti_mpcc.cli import main
 from rti_mpcc.recording import read_recording
 from rti_mpcc.simulation import changed, load_scenario, simulate
-from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
+from tests.rti_mpcc.cli_runs import Printed, refused, write_mission, write_short
 from tests.rti_mpcc.recording.recordings import change
 
 SEEN = """
@@ -62,7 +62,7 @@ def recording(seven_cycles: bytes) -> Path:
     return Path("made/run.jsonl")
 
 
-def replayed(capsys: pytest.CaptureFixture[str], *options: str, status: int = 0) -> str:
+def replayed(capsys: Printed, *options: str, status: int = 0) -> str:
     """What a replay of run.jsonl prints."""
     capsys.readouterr()
     assert main(["replay", *options]) == status
@@ -71,12 +71,12 @@ def replayed(capsys: pytest.CaptureFixture[str], *options: str, status: int = 0)
     return said.out
 
 
-def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recorded_run_replays_identically(recording: Path, capsys: Printed) -> None:
     told = "identical: 7 cycles compared bit for bit, on the same machine and versions\n"
     assert replayed(capsys, str(recording)) == told
 
 
-def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: Printed) -> None:
     write_mission(30.0, cycle=0.1)
     assert run("delivery.toml", "--record", "run.jsonl") == 0
     said = capsys.readouterr().out
@@ -93,7 +93,7 @@ def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.Capture
     assert "command.mission.result: recorded" in said
 
 
-def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: Printed) -> None:
     lines = recording.read_text().splitlines(keepends=True)
     speed = f'"v":{read_recording(recording).cycles[6].inputs.state.v!r}'
     assert speed in lines[7]
@@ -105,15 +105,13 @@ def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: pytest.Captu
     assert said[-1].startswith("7 cycles compared bit for bit")
 
 
-def test_the_tolerance_is_1e_9_on_another_machine(
-    recording: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_tolerance_is_1e_9_on_another_machine(recording: Path, capsys: Printed) -> None:
     assert "within 1e-06, on the same machine" in replayed(capsys, str(recording), "--tolerance", "1e-6")
     elsewhere = change(recording, -1, lambda header: header["machine"].update(processor=""), checked=True)
     assert "within 1e-09, on another machine or other versions" in replayed(capsys, str(elsewhere))
 
 
-def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_truncated_recording(recording: Path, capsys: Printed) -> None:
     recording.write_bytes(recording.read_bytes()[:-3000])
     assert refused(capsys, "replay", str(recording)) == (
         "rti-mpcc: error: made/run.jsonl: is truncated: it holds 6 whole cycles and no end "
@@ -123,7 +121,7 @@ def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[st
     assert said.endswith("; the recording is truncated\n")
 
 
-def test_animation_is_written_and_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_animation_is_written_and_changes_nothing(capsys: Printed) -> None:
     write_mission(0.4)
     files = ["--animate", "animations/mine.gif", "--record", "run.jsonl", "--out", "with"]
     for options in (files, ["--animate", "--out", "default"], ["--out", "without"]):
@@ -157,7 +155,7 @@ def test_animation_of_a_run_with_a_camera_has_its_view() -> None:
     ],
 )
 def test_files_that_cannot_be_written_are_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str], option: str, file: str, message: str
+    capsys: Printed, option: str, file: str, message: str
 ) -> None:
     Path("folder").mkdir()
     assert message in refused(capsys, "run", "short.toml", option, file)
@@ -176,7 +174,7 @@ def test_files_that_cannot_be_written_are_refused_before_the_run(
     ],
 )
 def test_a_camera_that_can_take_no_picture_is_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str],
+    capsys: Printed,
     monkeypatch: pytest.MonkeyPatch,
     dictionary: str,
     opencv: bool,
@@ -193,7 +191,7 @@ def written(folder: str) -> set[str]:
     return {file.name for file in Path(folder).iterdir()}
 
 
-def test_show_writes_what_run_writes(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_writes_what_run_writes(recording: Path, capsys: Printed) -> None:
     files = ["--mcap", "logs/ride.mcap", "--animation", "films/ride.gif"]
     assert main(["show", str(recording), *files]) == 0
     said = capsys.readouterr().out
@@ -232,7 +230,7 @@ def test_a_mission_and_its_truncated_recording_are_shown() -> None:
 
 
 def test_what_cannot_be_shown_is_refused(
-    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    recording: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("notes").write_text("something else\n")
     monkeypatch.setitem(sys.modules, "mcap", None)
@@ -250,7 +248,7 @@ def test_what_cannot_be_shown_is_refused(
     assert not Path("new").exists()
 
 
-def test_keys_of_the_controller_are_set(capsys: pytest.CaptureFixture[str]) -> None:
+def test_keys_of_the_controller_are_set(capsys: Printed) -> None:
     keys = ["--set", "weights.contouring=5", "--set", "comfort_jerk = 0.8", "--set", "ride=brisk"]
     assert run("short.toml", "--record", "set.jsonl", *keys) == 1
     config = read_recording("set.jsonl").header.config

@@ -22,7 +22,6 @@ from rti_mpcc import (
     DockingMission,
     Pose2,
     ReferencePath,
-    Source,
     Status,
     Vehicle,
     VehicleState,
@@ -133,26 +132,6 @@ def test_a_brake_is_set_where_a_vehicle_that_is_not_docked_yet_stands_in_doubt()
     for command in ride.commands[-10:]:
         assert command.status is Status.FAILED
         assert command.hold
-
-
-@pytest.mark.parametrize("tolerances", [-1.2, 1.2])
-def test_a_goal_that_moves_while_a_vehicle_is_held_but_not_docked_yet_is_docked_at(tolerances: float) -> None:
-    start, most = Pose2(0.0, 0.0, pi / 2), ControllerConfig().goal_tolerance[0]
-    controller = on_lane(ReferencePath.from_segments(start=start, segments=[(1, 0.0, 6.0)]), 4.0)
-    moved = Pose2(0.0, 6.0 + tolerances * most, pi / 2)
-    given: list[Pose2] = []
-
-    def step(state: VehicleState, **told: Any) -> Command:
-        command = controller.step(state, goal=given[0] if given else None, **told)
-        held = command.status is Status.SETTLING and command.source is Source.STANDSTILL
-        given.extend([moved] * held)
-        return command
-
-    car = Car(drive_lag=0.4, creep=0.3)
-    ride = drive(step, car, start, cycle=0.05, seconds=90.0, after_docked=5.0)
-    assert given
-    assert ride.docked_at is not None
-    assert (np.abs(ride.errors(moved)[-100:]) <= ControllerConfig().goal_tolerance).all()
 
 
 @pytest.mark.parametrize(

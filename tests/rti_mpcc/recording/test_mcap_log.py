@@ -44,8 +44,11 @@ def heading(quaternion: Any) -> float:
     return 2.0 * atan2(quaternion.z, quaternion.w)
 
 
+Written = tuple[Log, list[tuple[VehicleState, Command]]]
+
+
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Log, list[tuple[VehicleState, Command]]]:
+def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
     """A wall comes in the middle."""
     file = tmp_path_factory.mktemp("mcap") / "ride.mcap"
     controller, made = docking_controller(SCENARIO), []
@@ -60,9 +63,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Log, list[tuple[V
     return Log(file), made
 
 
-def test_each_cycle_has_its_pose_its_plan_and_its_figures(
-    written: tuple[Log, list[tuple[VehicleState, Command]]],
-) -> None:
+def test_each_cycle_has_its_pose_its_plan_and_its_figures(written: Written) -> None:
     log, made = written
     assert log.stamps["/tf"] == [round(1e9 * (1.0 + 0.05 * k)) for k in range(CYCLES)]
     for k, (state, command) in enumerate(made):
@@ -79,9 +80,7 @@ def test_each_cycle_has_its_pose_its_plan_and_its_figures(
         assert len(log.topics["/body"][k].data) == 4 * 3 * 4
 
 
-def test_the_surroundings_are_told_where_they_change(
-    written: tuple[Log, list[tuple[VehicleState, Command]]],
-) -> None:
+def test_the_surroundings_are_told_where_they_change(written: Written) -> None:
     log, _ = written
     first, second = log.topics["/scene"]
     assert {"body", "corridor", "route"} <= {entity.id for entity in first.entities}
@@ -96,9 +95,7 @@ def test_the_surroundings_are_told_where_they_change(
     assert log.stamps["/scene"] == [log.stamps["/tf"][0], log.stamps["/tf"][6]]
 
 
-def test_reasons_are_a_log_and_the_settings_an_attachment(
-    written: tuple[Log, list[tuple[VehicleState, Command]]],
-) -> None:
+def test_reasons_are_a_log_and_the_settings_an_attachment(written: Written) -> None:
     log, made = written
     assert log.topics["/log"][0].message.startswith(made[0][1].status.value)
     assert json.loads(log.attachments["config.json"])["cycle"] == 0.05
