@@ -47,7 +47,7 @@ from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import Command, ControllerConfig, Dock, DockingController, DockingMission, Undock, Wait
 
 CONFIG: Final = ControllerConfig(deadline=None)
-SECONDS = {"path": 90.0, "bay": 90.0, "mission": 120.0}
+SECONDS = {"path": 90.0, "bay": 75.0, "mission": 120.0}
 """Length of a ride [s], longer than a healthy one takes."""
 AFTER_DOCKED = 10.0
 """How long a ride goes on for after it has docked [s]."""

@@ -9,9 +9,8 @@ succeed inside of the yard, docked where the dock truly is, and to move little w
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import groupby
 from math import pi
 from typing import get_args
 
@@ -20,7 +19,9 @@ import numpy as np
 from benchmarks.foreign import STEP, Array, Car, Interface, Ride, Sensor, drive
 from benchmarks.foreign_cameras import DockCamera, MovingDock
 from benchmarks.foreign_faults import BAY, WALLS, YARD, free_space
+from benchmarks.foreign_random import count_good
 from benchmarks.foreign_sensors import NOISE, Faulty, healthy
+from benchmarks.tables import command_line
 from rti_mpcc import (
     ActuatorModel,
     Area,
@@ -41,7 +42,7 @@ INTERFACES: tuple[Interface, ...] = get_args(Interface)
 SECONDS = 200.0  # of a ride, the time after the mission included
 CORRECTIONS = (0.06, 0.06, 0.01)  # of the map, at most [m], [m], [rad]
 MEASURED = (0.02, 0.02, 0.015)  # by which a docked vehicle may be farther off, by noise of pose and camera
-MOVED_SHARE = 0.5  # of the tolerance, that a vehicle may move while it waits; and what noise hides of a map
+MOVED_SHARE = 0.5  # of the tolerance, that a vehicle may move while it waits
 STEPS = (
     ("dock", "wait", "undock"),
     ("drive_to", "wait", "dock", "wait"),
@@ -57,7 +58,7 @@ class Draw:
         config: of the controller; car: the vehicle; start: its true first pose.
         dock: the true one; seen: it is detected, else its pose is known.
         steps: kinds of the steps; noise: share of `NOISE`.
-        is_corrected: the map is; corrected: times [s], and what it is off until then (k, 3) [m], [m], [rad].
+        corrected: the map is: times [s], and what it is off until then (k, 3) [m], [m], [rad].
     """
 
     config: ControllerConfig
@@ -67,7 +68,6 @@ class Draw:
     seen: bool
     steps: tuple[str, ...]
     noise: float
-    is_corrected: bool
     corrected: tuple[Array, Array]
     seed: int
 
@@ -107,20 +107,21 @@ class Draw:
         if ride.leaves(free_space("bay")):
             return ["leaves the yard"]
         found, tolerance = [], np.array(self.config.goal_tolerance)
-        most = tolerance + MEASURED + (0.0 if self.seen else 2.0) * np.array(CORRECTIONS) * self.is_corrected
-        kinds = ["" if each.mission is None else each.mission.kind for each in ride.commands]
-        begins = [0, *(k for k in range(1, len(kinds)) if kinds[k] != kinds[k - 1]), len(kinds)]
-        at = np.round(ride.stamps / STEP).astype(int)
-        for first, end in pairwise(begins):
-            docked = [k for k in range(first, end) if ride.commands[k].docked]
-            if kinds[first] == "dock" and docked:
-                off = ride.errors(self.dock)[at[docked[0]]]
+        off_map = 2.0 * np.array(CORRECTIONS) * self.corrected[1].any()
+        most = tolerance + MEASURED + (0.0 if self.seen else off_map)
+        # Corrections that noise hides are followed.
+        far = MOVED_SHARE * tolerance[0] + off_map[0] * (self.noise > 0.0)
+        said = zip(np.round(ride.stamps / STEP).astype(int).tolist(), ride.commands, strict=True)
+        for kind, cycles in groupby(said, key=lambda each: each[1].mission and each[1].mission.kind):
+            step = list(cycles)
+            docked = next((at for at, command in step if command.docked), None)
+            if kind == "dock" and docked is not None:
+                off = ride.errors(self.dock)[docked]
                 if (np.abs(off) > most).any():
                     found.append(f"docked {np.round(off, 3).tolist()} off")
-            stood = ride.truth[at[first] : at[end - 1] + 1, 1:3]
+            stood = ride.truth[step[0][0] : step[-1][0] + 1, 1:3]
             moved = float(np.hypot(*(stood - stood[0]).T).max())
-            hidden = 2.0 * CORRECTIONS[0] * self.is_corrected * (self.noise > 0.0)
-            if kinds[first] == "wait" and moved > MOVED_SHARE * tolerance[0] + hidden:
+            if kind == "wait" and moved > far:
                 found.append(f"moved {moved:.3f} m while it waited for {len(stood) * STEP:.0f} s")
         return found
 
@@ -145,7 +146,7 @@ def drawn(seed: int) -> Draw:
     )
     given = car.actuators if random.uniform() < 0.4 else ActuatorModel()
     cycle, times = float(random.choice((0.03, 0.05, 0.1))), np.cumsum(random.uniform(4.0, 12.0, 60))
-    is_corrected = bool(random.uniform() < 0.5)
+    is_corrected = random.uniform() < 0.5
     corrections = random.uniform(-1.0, 1.0, (61, 3)) * CORRECTIONS * is_corrected
     corrections[0] = 0.0
     return Draw(
@@ -158,24 +159,15 @@ def drawn(seed: int) -> Draw:
         seen=bool(random.uniform() < 0.6),
         steps=STEPS[random.integers(len(STEPS))],
         noise=float(random.choice((0.0, 0.3, 0.7))),
-        is_corrected=is_corrected,
         corrected=(times, corrections),
         seed=seed,
     )
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    asked.add_argument("--draws", type=int, default=60)
-    asked.add_argument("--seed", type=int, default=1)
-    arguments = asked.parse_args()
-    good = 0
-    for seed in range(arguments.seed, arguments.seed + arguments.draws):
-        _, wrong = drawn(seed).drive()
-        good += not wrong
-        if wrong:
-            print(f"seed {seed}: {'; '.join(wrong)}", flush=True)
-    print(f"{good} of {arguments.draws} missions succeed, dock where the dock is, and stay while they wait")
+    parser = command_line(__doc__, "python -m benchmarks.foreign_missions")
+    good = "missions succeed, dock where the dock is, and stay while they wait"
+    count_good(parser, lambda seed: drawn(seed).drive()[1], good)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from numpy.random import Generator
 
 from benchmarks.foreign import Car, Interface, Ride, drive
 from benchmarks.foreign_sensors import NOISE, Faulty, dead_band, healthy
+from benchmarks.tables import command_line
 from rti_mpcc import (
     ActuatorModel,
     Command,
@@ -212,19 +213,26 @@ def faults(draw: Draw, ride: Ride) -> list[str]:
     return [*found, *(f"said: {word}" for word in sorted(said))]
 
 
+def count_good(parser: argparse.ArgumentParser, wrong: Callable[[int], list[str]], good: str) -> None:
+    """Drive as many seeds as the command asks for: print what is wrong with any, and how many are good."""
+    parser.add_argument("--draws", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    given, count = parser.parse_args(), 0
+    for seed in range(given.seed, given.seed + given.draws):
+        found = wrong(seed)
+        count += not found
+        if found:
+            print(f"seed {seed}: {'; '.join(found)}", flush=True)
+    print(f"{count} of {given.draws} {good}")
+
+
 def main() -> None:
-    asked = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    asked.add_argument("--draws", type=int, default=60)
-    asked.add_argument("--seed", type=int, default=1)
-    arguments = asked.parse_args()
-    good = 0
-    for seed in range(arguments.seed, arguments.seed + arguments.draws):
+    def wrong(seed: int) -> list[str]:
         draw = drawn(seed)
-        wrong = faults(draw, draw.drive())
-        good += not wrong
-        if wrong:
-            print(f"seed {seed}: {'; '.join(wrong)}", flush=True)
-    print(f"{good} of {arguments.draws} rides dock, stay and accuse nobody")
+        return faults(draw, draw.drive())
+
+    parser = command_line(__doc__, "python -m benchmarks.foreign_random")
+    count_good(parser, wrong, "rides dock, stay and accuse nobody")
 
 
 if __name__ == "__main__":
